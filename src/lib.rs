@@ -44,6 +44,7 @@
 //! - [`nurbs`] (curves and surfaces);
 //! - [`mod@validate`] (defects);
 //! - [`brep`] (faces, edges, shells);
+//! - [`mod@trim`] (faces that end where points end);
 //! - [`mesh`] (triangles);
 //! - [`export`] (STEP, IGES, OBJ).
 //!
@@ -77,6 +78,7 @@ pub mod progress;
 #[cfg(feature = "python")]
 mod python;
 pub mod som;
+pub mod trim;
 pub mod validate;
 mod worker_pool;
 

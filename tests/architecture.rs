@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// For each top-level module, the others that it may import, besides those for all.
-const ALLOWED: [(&str, &[&str]); 18] = [
+const ALLOWED: [(&str, &[&str]); 19] = [
     ("error", &[]),
     ("diagnostic", &["chart"]),
     ("progress", &[]),
@@ -21,16 +21,20 @@ const ALLOWED: [(&str, &[&str]); 18] = [
     ("fit", &["nurbs"]),
     ("validate", &["cloud", "observe", "nurbs"]),
     ("brep", &["nurbs"]),
+    ("trim", &["cloud", "nurbs", "brep"]),
     ("mesh", &["nurbs", "brep"]),
     ("export", &["nurbs", "brep", "mesh"]),
     (
         "pipeline",
-        &["cloud", "observe", "som", "chart", "nurbs", "fit", "validate", "brep", "mesh", "export"],
+        &[
+            "cloud", "observe", "som", "chart", "nurbs", "fit", "validate", "brep", "trim", "mesh",
+            "export",
+        ],
     ),
     (
         "python",
         &[
-            "cloud", "observe", "som", "chart", "nurbs", "fit", "validate", "brep", "mesh",
+            "cloud", "observe", "som", "chart", "nurbs", "fit", "validate", "brep", "trim", "mesh",
             "export", "pipeline",
         ],
     ),

@@ -22,8 +22,11 @@ fn wavy(p: usize, q: usize) -> NurbsSurface {
         DVec3::new(x, y, 0.2 * random(k))
     });
     let weights = (0..rows * cols).map(|k| 0.5 + random(7 * k + 1)).collect();
-    let knots_u = KnotVector::clamped(p, (0.0, 1.0), [0.3, 0.6, 0.6]).unwrap();
-    let knots_v = KnotVector::clamped(q, (0.0, 1.0), [0.25, 0.5]).unwrap();
+    let knots = |degree: usize, inner: &[f64]| {
+        let ends = [0.0, 1.0].map(|end| vec![end; degree + 1]);
+        KnotVector::new(degree, [&ends[0], inner, &ends[1]].concat()).unwrap()
+    };
+    let (knots_u, knots_v) = (knots(p, &[0.3, 0.6, 0.6]), knots(q, &[0.25, 0.5]));
     NurbsSurface::new(net.collect(), Some(weights), knots_u, knots_v).unwrap()
 }
 

@@ -181,7 +181,7 @@ fn paper_options_out_of_range_are_refused_by_name() {
         (PaperOptions { grid: Some((1, 5)), ..options }, "grid", "(1, 5)"),
         (PaperOptions { grid: Some((usize::MAX, 5)), ..options }, "grid", "at most 16777216"),
         (PaperOptions { degree: 0, ..options }, "degree", "got 0"),
-        (PaperOptions { degree: 10, ..options }, "degree", "got 10"),
+        (PaperOptions { degree: 26, ..options }, "degree", "got 26"),
         (PaperOptions { max_steps: Some(0), ..options }, "max_steps", "got 0"),
         (PaperOptions { reach: Some(0.0), ..options }, "reach", "positive"),
         (PaperOptions { reach: Some(f64::NAN), ..options }, "reach", "got NaN"),

@@ -65,6 +65,7 @@ if TYPE_CHECKING:
         recover_net,
         set_num_threads,
         tessellate,
+        trim,
     )
     from neurbs.candidate import (
         Candidate,
@@ -191,6 +192,7 @@ __all__ = [
     "to_geomdl",
     "to_opencascade",
     "to_splipy",
+    "trim",
     "validate",
 ]
 

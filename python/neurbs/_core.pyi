@@ -46,6 +46,7 @@ __all__ = [
     "set_num_threads",
     "som_options",
     "tessellate",
+    "trim",
     "validate",
     "write_iges",
     "write_obj",
@@ -799,6 +800,9 @@ def tessellate(
     max_triangles: int = 100_000_000,
     progress: Callable[[Progress], object] | None = None,
 ) -> list[TriangleMesh]: ...
+def trim(
+    surface: NurbsSurface, uv: ArrayLike, *, holes: bool = True, border: float | None = None
+) -> Shell: ...
 def write_iges(
     shells: Sequence[Shell], path: str | os.PathLike[str], unit: str | None = None
 ) -> None: ...

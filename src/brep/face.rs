@@ -8,7 +8,7 @@ use super::loop_check::check_loops;
 use super::loops::Loop;
 use super::sides::rectangle;
 use crate::error::{Error, Result};
-use crate::nurbs::{NurbsCurve, NurbsSurface};
+use crate::nurbs::{KnotVector, NurbsCurve, NurbsSurface};
 use crate::progress::Silent;
 
 /// A surface, or the part of it inside an outer loop and outside the inner ones.
@@ -180,9 +180,14 @@ impl Face {
     }
 }
 
-/// The surface with clamped knots.
+/// The surface with clamped knots, the outermost ones included: they have no effect, but readers
+/// of files take them for the domain.
 fn clamped(surface: Arc<NurbsSurface>) -> Result<Arc<NurbsSurface>> {
-    if surface.knots_u().is_clamped() && surface.knots_v().is_clamped() {
+    let starts_and_ends_in_domain = |knots: &KnotVector| {
+        let all = knots.as_slice();
+        (all[0], all[all.len() - 1]) == knots.domain()
+    };
+    if [surface.knots_u(), surface.knots_v()].into_iter().all(starts_and_ends_in_domain) {
         return Ok(surface);
     }
     Ok(Arc::new(surface.clamp(&mut Silent)?))

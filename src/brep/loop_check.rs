@@ -137,12 +137,9 @@ impl Rectangle {
                 };
                 if let Some(at) = crossing(a, b, joints) {
                     let must = "neither cross nor touch itself or another loop";
-                    let got = format!("it meets loop {m} near {}", self.place(at));
-                    return Err(loop_error(
-                        l.max(m),
-                        must,
-                        got.replace(&format!("loop {}", l.max(m)), "itself"),
-                    ));
+                    let other = if l == m { "itself".into() } else { format!("loop {}", l.min(m)) };
+                    let got = format!("it meets {other} near {}", self.place(at));
+                    return Err(loop_error(l.max(m), must, got));
                 }
             }
         }
@@ -344,7 +341,9 @@ mod tests {
         let bow = polygon(&[(0.1, 0.1), (0.9, 0.9), (0.9, 0.1), (0.1, 0.9)]);
         assert!(message(vec![bow]).contains("it meets itself near (u, v) = (0.5"));
         let crossed = vec![square(), circle(0.3, 0.5, 0.2), circle(0.6, 0.5, 0.2)];
-        assert!(message(crossed).contains("loop 2 of a face must neither cross"));
+        let crossed = message(crossed);
+        assert!(crossed.contains("loop 2 of a face must neither cross"), "{crossed}");
+        assert!(crossed.contains("it meets loop 1 near"), "{crossed}");
         let touching = vec![square(), circle(0.5, 0.3, 0.3)];
         assert!(message(touching).contains("near (u, v) = (0.5"));
         let outlying = message(vec![circle(0.5, 0.5, 0.6)]);

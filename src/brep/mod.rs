@@ -32,6 +32,8 @@ mod strip;
 #[cfg(test)]
 mod test_faces;
 
+pub(crate) use self::plane_curves::crossings_with_line;
+
 pub use self::edge::{Edge, EdgeUse};
 pub use self::face::Face;
 pub use self::face_search::{FacePoint, FaceSearch};

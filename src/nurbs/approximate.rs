@@ -6,11 +6,11 @@ use glam::{DVec3, DVec4};
 use super::banded::{BandedMatrix, CyclicBandedMatrix};
 use super::basis::{MAX_ORDER, padded};
 use super::curve_family::CurveFamily;
-use super::interpolate::{by_directions, check_counts, check_rounding, singular, wrapped_rows};
+use super::interpolate::{MAX_STABLE_DEGREE, by_directions, check_counts, singular, wrapped_rows};
 use super::knot_vector::KnotVector;
 use super::parametrization::GridOptions;
 use super::surface::NurbsSurface;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::progress::{InterruptCheck, Observer};
 
 impl NurbsSurface {
@@ -119,10 +119,33 @@ fn approximate_family(
     if !solved {
         return Err(singular(degree));
     }
-    check_rounding(&mut sums, degree)?;
+    if degree > MAX_STABLE_DEGREE {
+        check_rounding(&mut sums, degree)?;
+    }
     let points =
         if closed { wrapped_rows(&sums, width, degree, 0, check_interrupt)? } else { sums };
     Ok(CurveFamily { knots, points, width })
+}
+
+/// Largest relative rounding error of control points of high degree.
+const MAX_ROUNDING: f64 = 1e-6;
+
+/// Checks that rounding has not spoiled a solution, and corrects its weights.
+///
+/// All points have weight 1, so those of an exact solution are 1, too.
+fn check_rounding(solution: &mut [DVec4], degree: usize) -> Result<()> {
+    let error = solution.iter().map(|point| (point.w - 1.0).abs()).fold(0.0, f64::max);
+    if error > MAX_ROUNDING {
+        let must = format!(
+            "lower: rounding would change control points by {error:.0e} of their size, at most \
+             {MAX_ROUNDING:.0e} is allowed"
+        );
+        return Err(Error::parameter("degree", must, degree));
+    }
+    for point in solution {
+        point.w = 1.0;
+    }
+    Ok(())
 }
 
 #[cfg(test)]
@@ -159,5 +182,17 @@ mod tests {
         assert_eq!(surface.shape(), (7, 5));
         let p = surface.point(0.37, 0.81);
         assert!(p.distance(DVec3::new(0.37, 0.81, height(0.37, 0.81))) < 1e-13);
+    }
+
+    #[test]
+    fn degrees_that_rounding_would_spoil_are_refused() {
+        let approximate = |degree: usize| {
+            let options = GridOptions { degree: (degree, degree), ..GridOptions::default() };
+            let net = (degree + 2, degree + 2);
+            NurbsSurface::approximate(&grid(60, 60), (60, 60), net, &options, &mut Silent)
+        };
+        assert!(approximate(12).is_ok());
+        let refused = approximate(25).unwrap_err().to_string();
+        assert!(refused.starts_with("degree must be lower: rounding"), "{refused}");
     }
 }

@@ -304,8 +304,8 @@ mod tests {
                 let mut values = vec![0.0; p + 1];
                 assert_eq!(values_at(&knots, x, &mut values), 0);
                 assert_eq!(values, basis.values[..=p]);
-                for k in 0..=p {
-                    assert!((values[k] - bernstein(p, k, x)).abs() < 1e-14, "{p} {k} {x}");
+                for (k, value) in values.iter().enumerate() {
+                    assert!((value - bernstein(p, k, x)).abs() < 1e-14, "{p} {k} {x}");
                     let before = if k > 0 { bernstein(p - 1, k - 1, x) } else { 0.0 };
                     let slope = p as f64 * (before - bernstein(p - 1, k, x));
                     assert!((basis.slopes[k] - slope).abs() < 1e-14 * p as f64, "{p} {k} {x}");

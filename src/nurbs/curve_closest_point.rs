@@ -70,12 +70,13 @@ impl Bounds {
         let (low, high) = piece.net_box();
         let (start, chord) = (piece.start(), piece.end() - piece.start());
         let mut bounds = Self { low, high, start, chord, sag: 0.0 };
-        bounds.sag = piece.control_points().map(|p| bounds.from_chord(p)).fold(0.0, f64::max);
+        bounds.sag =
+            piece.control_points().map(|p| bounds.distance_to_chord(p)).fold(0.0, f64::max);
         bounds
     }
 
     /// The distance of a point from the chord.
-    fn from_chord(&self, point: DVec3) -> f64 {
+    fn distance_to_chord(&self, point: DVec3) -> f64 {
         let square = self.chord.length_squared().max(f64::MIN_POSITIVE);
         let share = ((point - self.start).dot(self.chord) / square).clamp(0.0, 1.0);
         (point - self.start).distance(share * self.chord)
@@ -84,7 +85,7 @@ impl Bounds {
     /// A lower bound of the distance of a point.
     fn distance(&self, point: DVec3) -> f64 {
         let from_box = (self.low - point).max(point - self.high).max(DVec3::ZERO).length();
-        from_box.max(self.from_chord(point) - self.sag)
+        from_box.max(self.distance_to_chord(point) - self.sag)
     }
 }
 

@@ -26,7 +26,7 @@ pub(super) const DEFAULT_DEGREE: usize = 3;
 /// weights : array_like of shape (n,), optional
 ///     Positive weights. Without weights the curve is polynomial.
 /// degree : int, default 3
-///     The degree, from 1 to 9.
+///     The degree, from 1 to 25.
 /// knots : array_like of shape (n + degree + 1,), optional
 ///     Non-decreasing knots. By default clamped and evenly spaced on [0, 1].
 ///

@@ -20,7 +20,7 @@ impl NurbsCurve {
     /// points : array_like of shape (n, 3) or (n, 2)
     ///     More points than the degree; z is 0 if there are two columns.
     /// degree : int, default 3
-    ///     The degree, from 1 to 9.
+    ///     The degree, from 1 to 25.
     /// parametrization : {"chord", "uniform", "centripetal"}, default "chord"
     ///     How parameters are spaced: in proportion to the distances between points, evenly, or in
     ///     proportion to the square roots of the distances.

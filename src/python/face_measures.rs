@@ -121,8 +121,9 @@ impl Face {
     /// >>> import neurbs
     /// >>> plane = neurbs.NurbsSurface.plane([0, 0, 0], [4, 0, 0], [0, 4, 0])
     /// >>> circle = neurbs.NurbsCurve.arc([0.5, 0.5, 0], [0.25, 0, 0], [0, 0.25, 0])
-    /// >>> neurbs.Face(plane, [[circle]]).bounding_box()[0].round(6)
-    /// array([1., 1., 0.])
+    /// >>> low, high = neurbs.Face(plane, [[circle]]).bounding_box()
+    /// >>> (high - low).round(6)
+    /// array([2., 2., 0.])
     fn bounding_box<'py>(&self, py: Python<'py>) -> PyResult<(Array<'py>, Array<'py>)> {
         corners(py, call::run(py, None, |watcher| self.core().bounding_box(watcher))?)
     }

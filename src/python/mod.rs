@@ -51,6 +51,7 @@ mod swept;
 mod tessellation;
 mod threads;
 mod transform;
+mod trim;
 
 use pyo3::pymodule;
 
@@ -105,6 +106,8 @@ mod _core {
     use super::tessellation::tessellate;
     #[pymodule_export]
     use super::threads::{num_threads, set_num_threads};
+    #[pymodule_export]
+    use super::trim::trim;
     use pyo3::prelude::*;
 
     #[pymodule_init]

@@ -26,7 +26,7 @@ use crate::nurbs::{self, ClosestPointSearch};
 /// weights : array_like of shape (n_u, n_v), optional
 ///     Positive weights. Without weights the surface is polynomial.
 /// degree : int or (int, int), default 3
-///     Degrees in u and v, from 1 to 9.
+///     Degrees in u and v, from 1 to 25.
 /// knots : (array_like, array_like), optional
 ///     Non-decreasing knot vectors in u and v with ``n + degree + 1`` knots each, clamped or not.
 ///     Inner knots have a multiplicity of at most ``degree``. By default clamped and evenly spaced

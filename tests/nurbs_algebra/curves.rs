@@ -107,7 +107,7 @@ fn invalid_arguments_are_refused() {
     let message = |result: neurbs::Result<NurbsCurve>| result.unwrap_err().to_string();
     assert!(
         message(curve.elevate_degree(usize::MAX, &mut Silent))
-            .contains("at most 9 after elevation")
+            .contains("at most 25 after elevation")
     );
     assert!(
         message(curve.reduce_degree(3, 1.0, &mut Silent))

@@ -108,7 +108,7 @@ def test_surfaces_and_points_are_converted(
     )
     done = command("convert", points_file, tmp_path / "points.step")
     assert done.code == 1
-    assert "the content must be a surface, got a PointCloud" in done.err
+    assert "the content must be a surface or a shell, got a PointCloud" in done.err
 
 
 def test_points_are_compared(

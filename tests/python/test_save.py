@@ -196,7 +196,7 @@ def test_a_surface_is_tessellated_with_its_defaults(tmp_path: Path) -> None:
         (
             plane().tessellate(),
             ".step",
-            "surface, got a TriangleMesh: .* as .obj .ply",
+            "surface or a shell, got a TriangleMesh: .* as .obj .ply",
         ),
         (plane().tessellate(), ".png", "picture, got a TriangleMesh"),
         (
@@ -204,7 +204,7 @@ def test_a_surface_is_tessellated_with_its_defaults(tmp_path: Path) -> None:
             ".png",
             "picture, got a NurbsSurface: .* as .step .stp .igs .iges .3dm .json .obj",
         ),
-        (POINTS, ".obj", "surface or a mesh, got a PointCloud: .* as .ply .csv"),
+        (POINTS, ".obj", "surface or a shell or a mesh, got a PointCloud: .* as .ply .csv"),
         (np.zeros((3, 3)), ".stl", "mesh, got a ndarray: it can be written as nothing"),
     ],
 )

@@ -9,7 +9,11 @@ from types import ModuleType
 import pytest
 
 ROOT = Path(__file__).parents[2]
-PAGES = [*sorted((ROOT / "docs" / "stages").glob("*.md")), ROOT / "docs" / "theory.md"]
+PAGES = [
+    *sorted((ROOT / "docs" / "stages").glob("*.md")),
+    ROOT / "docs" / "shells.md",
+    ROOT / "docs" / "theory.md",
+]
 DIRECTIVE = re.compile(r"```\{settings\} ([\w/]+)([^\n]*)\n(?::exclude:([^\n]*)\n)?")
 
 SMALL = """

@@ -120,8 +120,9 @@ def save(
     part = next((part for part in parts if part in formats), None)
     if part is None:
         suffixes = " ".join(suffix for suffix, held in _FORMATS.items() if held.keys() & parts)
+        contents = " or a ".join(_NAMES.get(part, part) for part in formats)
         raise NeurbsError(
-            f"{path}: the content must be a {' or a '.join(formats)}, got a "
+            f"{path}: the content must be a {contents}, got a "
             f"{type(thing).__name__}: it can be written as {suffixes or 'nothing'}"
         )
     write, content = formats[part], parts[part]()
@@ -263,6 +264,9 @@ _FORMATS: dict[str, dict[str, Callable[..., None]]] = {
     ".html": {"report": _write_report},
 }
 """For each suffix the parts of an object that it can store, with their writers."""
+
+_NAMES = {"shell": "surface or a shell"}
+"""What messages call a part, if not by its key. A surface is written as a shell."""
 
 _WITH_UNIT = (_write_step, _write_iges, write_3dm, write_glb, write_shells)
 """Writers that take a unit."""
