@@ -15,6 +15,7 @@ use super::conform::conform;
 use super::numbering::Numbering;
 use super::options::TessellateOptions;
 use super::partition::{Partition, too_many_triangles};
+use super::surface_side::SurfaceSide;
 use super::write::{WrittenCell, write, written_cells};
 use super::{MeshSlices, TriangleMesh};
 use crate::error::Result;
@@ -62,13 +63,18 @@ impl<'a> Tessellation<'a> {
     ) -> Result<Self> {
         let mut partition = Partition::new(surface, options, observer)?;
         conform(&mut partition, options, observer)?;
-        let numbering = Numbering::new(&partition, options.split_seams);
-        let this = Self { partition, numbering };
+        let this = Self::numbered(partition, options.split_seams);
         if this.triangles() > options.max_triangles {
             let count = this.triangles() as f64;
             return Err(too_many_triangles(options, &this.partition.limits, count));
         }
         Ok(this)
+    }
+
+    /// Numbers the vertices of cells that conform; `split` as in [`Numbering::new`].
+    pub(super) fn numbered(partition: Partition<'a>, split: bool) -> Self {
+        let numbering = Numbering::new(&partition, split);
+        Self { partition, numbering }
     }
 
     /// Number of vertices.
@@ -97,6 +103,12 @@ impl<'a> Tessellation<'a> {
     /// The parameters of the corners of cells at poles, which are one vertex in the mesh.
     pub(super) fn at_poles(&self) -> Vec<DVec2> {
         self.partition.at_poles()
+    }
+
+    /// The steps and the indices of the vertices on a side.
+    pub(super) fn on_side(&self, side: SurfaceSide) -> impl Iterator<Item = (u64, u32)> + use<> {
+        let vertices = side.vertices(&self.partition, &self.numbering);
+        side.steps(&self.partition).into_iter().zip(vertices)
     }
 
     /// The mesh.

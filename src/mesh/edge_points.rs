@@ -33,7 +33,7 @@ pub(super) struct EdgePoint {
 }
 
 /// The points of an edge, ends included, in its direction.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct EdgePoints {
     pub points: Vec<EdgePoint>,
     /// For each chord and each use, how far the curve in (u, v) is from the straight line.
@@ -75,7 +75,7 @@ pub(super) fn divide(
             EdgeUse::new(face, &coedge.curve, coedge.forward, scales[place.face])
         })
         .collect();
-    let found = EdgePoints { points: vec![], bulges: vec![], deviation: 0.0 };
+    let found = EdgePoints::default();
     let mut this = Division { uses: uses?, limits, near: shell.tolerance(), found };
     if let Some((known, again)) = known {
         this.start(known.points[0].clone());

@@ -59,6 +59,15 @@ impl FaceMesh {
         surface.points_and_normals(&uv, &mut points, &mut normals);
         Self { nodes, normals, triangles, deviation, is_proven }
     }
+
+    /// Whether a triangle has two corners at the same vertex or point of an edge.
+    pub(super) fn has_collapsed(&self) -> bool {
+        self.triangles.iter().any(|triangle| {
+            let [a, b, c] = triangle.map(|k| self.nodes[k].origin);
+            let same = |a: Origin, b: Origin| a == b && a != Origin::Inside;
+            same(a, b) || same(b, c) || same(c, a)
+        })
+    }
 }
 
 /// The triangles of a face, or the chords of its edges that must be divided before.

@@ -126,7 +126,8 @@ fn inside(
     found
 }
 
-fn root(parents: &mut [usize], mut at: usize) -> usize {
+/// The root of the tree that an element of disjoint sets is in.
+pub(super) fn root(parents: &mut [usize], mut at: usize) -> usize {
     while parents[at] != at {
         parents[at] = parents[parents[at]];
         at = parents[at];

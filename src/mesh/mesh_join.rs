@@ -44,3 +44,22 @@ pub(super) fn join(
     out.max_deviation = Some(deviation);
     (out, of_triangles)
 }
+
+/// The sides between points of edges that more than two triangles share, and their faces.
+pub(super) fn overused(meshes: &[Option<FaceMesh>]) -> Vec<(usize, [Origin; 2])> {
+    let mut sides = vec![];
+    for (face, mesh) in meshes.iter().enumerate() {
+        let Some(mesh) = mesh else { continue };
+        for &[a, b, c] in &mesh.triangles {
+            for ends in [[a, b], [b, c], [c, a]] {
+                let [a, b] = ends.map(|k| mesh.nodes[k].origin);
+                if a != Origin::Inside && b != Origin::Inside {
+                    sides.push(([a.min(b), a.max(b)], face));
+                }
+            }
+        }
+    }
+    sides.sort_unstable();
+    let shared = sides.chunk_by(|a, b| a.0 == b.0).filter(|run| run.len() > 2);
+    shared.flatten().map(|(side, face)| (*face, *side)).collect()
+}

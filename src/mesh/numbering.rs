@@ -16,12 +16,12 @@ use super::partition::Partition;
 #[derive(Debug, Default)]
 pub(super) struct Numbering {
     /// The vertex at each block corner, row by row.
-    corners: Vec<u32>,
+    pub corners: Vec<u32>,
     /// The first vertex of each block edge at constant u, and whether the edge is that vertex (a
     /// pole).
-    edges_u: Vec<(u32, bool)>,
+    pub edges_u: Vec<(u32, bool)>,
     /// The same for block edges at constant v.
-    edges_v: Vec<(u32, bool)>,
+    pub edges_v: Vec<(u32, bool)>,
     /// Parameters of the vertices at block corners and on block edges, in order of their indices.
     pub edge_uv: Vec<DVec2>,
     /// The first inner vertex of each block, and the end.

@@ -1,10 +1,11 @@
 //! Triangles of faces and shells within a certified tolerance.
 //!
-//! 1. Each edge is divided once; both faces take its points, so that the mesh has no cracks.
-//! 2. In each face, the cells of its surface that no loop comes near are kept as they are.
-//! 3. A constrained Delaunay triangulation in (u, v) fills the strip between them and the loops. It
+//! 1. Connected whole faces get the meshes of their surfaces, with common vertices on edges.
+//! 2. Each other edge is divided once; both faces take its points, so that the mesh has no cracks.
+//! 3. In each other face, the cells of its surface that no loop comes near are kept as they are.
+//! 4. A constrained Delaunay triangulation in (u, v) fills the strip between them and the loops. It
 //!    gets more points until each of its triangles is certified.
-//! 4. Vertices get their indices, in the order of the faces.
+//! 5. Vertices get their indices, in the order of the faces.
 //!
 //! Faces are independent, so the result does not depend on the number of threads.
 
@@ -14,13 +15,14 @@ use glam::DVec2;
 
 use super::edge_points::{EdgePoints, divide};
 use super::face_mesh::{Attempt, FaceMesh, FaceMesher, scale};
-use super::mesh_join::join;
+use super::mesh_join::{join, overused};
 use super::options::Limits;
 use super::outline::Origin;
 use super::parallel_map::{MIN_PARALLEL_TRIANGLES, parallel_map};
 use super::partition::too_many_triangles;
+use super::whole_faces::mesh_whole_faces;
 use super::{TessellateOptions, TriangleMesh};
-use crate::brep::{Face, Shell};
+use crate::brep::{Edge, Face, Shell};
 use crate::error::{Error, Result};
 use crate::nurbs::NurbsSurface;
 use crate::progress::{Observer, Silent};
@@ -82,9 +84,16 @@ impl Shell {
         let surfaces: Vec<&NurbsSurface> =
             self.faces().iter().map(|face| &**face.surface()).collect();
         let limits = options.limits(&surfaces)?;
-        let scales: Vec<DVec2> = self.faces().iter().map(scale).collect();
-        let mut edges = divide_edges(self, &scales, &limits, observer)?;
-        let mut meshes: Vec<Option<FaceMesh>> = self.faces().iter().map(|_| None).collect();
+        let least = least_halvings(self);
+        let mut meshes = mesh_whole_faces(self, options, &limits, &least, observer)?;
+        let faces = self.faces().iter().zip(&meshes);
+        let scale = |(face, mesh): (&Face, &Option<_>)| {
+            mesh.as_ref().map_or_else(|| scale(face), |_| DVec2::ONE)
+        };
+        let scales: Vec<DVec2> = faces.map(scale).collect();
+        let is_left = |edge: usize| meshes[self.edges()[edge].uses[0].face].is_none();
+        let left: Vec<usize> = (0..self.edges().len()).filter(|edge| is_left(*edge)).collect();
+        let mut edges = divide_edges(self, &left, &least, (&scales, &limits), observer)?;
         let mut forbidden = BTreeSet::new();
         for _ in 0..MAX_ROUNDS {
             let mesher = FaceMesher {
@@ -96,9 +105,9 @@ impl Shell {
             };
             let crossing = mesh_faces(mesher, &forbidden, &mut meshes, observer)?;
             if crossing.is_empty() {
-                let done: Vec<&FaceMesh> = meshes.iter().flatten().collect();
-                let shared = overused(&done);
+                let shared = overused(&meshes);
                 if shared.is_empty() {
+                    let done: Vec<&FaceMesh> = meshes.iter().flatten().collect();
                     let deviation = edges.iter().map(|edge| edge.deviation).fold(0.0, f64::max);
                     let (mesh, faces) = join(self.faces(), &done, deviation);
                     return Ok(ShellMesh { mesh, faces });
@@ -168,28 +177,34 @@ fn whole_mesh(
     Ok(mesh)
 }
 
-/// Divides all edges.
-fn divide_edges(
-    shell: &Shell,
-    scales: &[DVec2],
-    limits: &Limits,
-    observer: &mut dyn Observer,
-) -> Result<Vec<EdgePoints>> {
+/// How often each edge is halved at least, so that no two of the chords have the same ends.
+fn least_halvings(shell: &Shell) -> Vec<u32> {
     let ends = |[a, b]: [usize; 2]| [a.min(b), a.max(b)];
     let mut between: BTreeMap<[usize; 2], u32> = BTreeMap::new();
     for edge in shell.edges() {
         *between.entry(ends(edge.vertices)).or_default() += 1;
     }
-    let least = |edge: usize| match shell.edges()[edge].vertices {
+    let least = |edge: &Edge| match edge.vertices {
         [a, b] if a == b => MIN_HALVINGS_OF_CLOSED,
-        // Edges with the same ends would be the same with one chord each.
         vertices => u32::from(between[&ends(vertices)] > 1),
     };
-    let count = shell.edges().len();
-    let mut all = Vec::with_capacity(count);
-    let job = |(): &mut (), edge| divide(shell, (edge, least(edge)), scales, limits, None);
-    parallel_map(0..count, MIN_PARALLEL_TRIANGLES + count, observer, job, |points| {
-        all.push(points?);
+    shell.edges().iter().map(least).collect()
+}
+
+/// Divides some edges; the others get no points.
+fn divide_edges(
+    shell: &Shell,
+    some: &[usize],
+    least: &[u32],
+    (scales, limits): (&[DVec2], &Limits),
+    observer: &mut dyn Observer,
+) -> Result<Vec<EdgePoints>> {
+    let mut all = vec![EdgePoints::default(); least.len()];
+    let job =
+        |(): &mut (), edge: usize| (edge, divide(shell, (edge, least[edge]), scales, limits, None));
+    let triangles = MIN_PARALLEL_TRIANGLES + some.len();
+    parallel_map(some.iter().copied(), triangles, observer, job, |(edge, points)| {
+        all[edge] = points?;
         Ok(())
     })?;
     Ok(all)
@@ -238,22 +253,4 @@ fn mesh_faces(
         return Err(too_many_triangles(mesher.options, mesher.limits, triangles as f64));
     }
     Ok(crossing)
-}
-
-/// The sides between points of edges that more than two triangles share, and their faces.
-fn overused(meshes: &[&FaceMesh]) -> Vec<(usize, [Origin; 2])> {
-    let mut sides = vec![];
-    for (face, mesh) in meshes.iter().enumerate() {
-        for &[a, b, c] in &mesh.triangles {
-            for ends in [[a, b], [b, c], [c, a]] {
-                let [a, b] = ends.map(|k| mesh.nodes[k].origin);
-                if a != Origin::Inside && b != Origin::Inside {
-                    sides.push(([a.min(b), a.max(b)], face));
-                }
-            }
-        }
-    }
-    sides.sort_unstable();
-    let shared = sides.chunk_by(|a, b| a.0 == b.0).filter(|run| run.len() > 2);
-    shared.flatten().map(|(side, face)| (*face, *side)).collect()
 }
