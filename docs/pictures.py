@@ -77,6 +77,18 @@ def shells(path: Path) -> None:
     beside(path, [plot_shell(can), plot_shell(plate)])
 
 
+def trim(path: Path) -> None:
+    """Draw a surface with points on a part of it, and the face that ends where they end."""
+    x, y = np.meshgrid(np.linspace(0, 5, 9), np.linspace(0, 5, 9), indexing="ij")
+    hills = neurbs.NurbsSurface.interpolate(np.stack([x, y, 0.4 * np.sin(x) * np.cos(y)], axis=-1))
+    uv = np.random.default_rng(0).random((6000, 2))
+    away = [np.linalg.norm(uv - middle, axis=1) for middle in ((0.5, 0.5), (0.35, 0.5), (0.7, 0.6))]
+    uv = uv[(away[0] < 0.45) & (away[1] > 0.1) & (away[2] > 0.14)]
+    points = hills.evaluate(uv)
+    whole = neurbs.Shell(hills)
+    beside(path, [plot_shell(whole, points), plot_shell(neurbs.trim(hills, uv))])
+
+
 def report(path: Path) -> None:
     """Photograph the report in a browser."""
     from playwright.sync_api import sync_playwright
@@ -121,6 +133,7 @@ PICTURES: dict[str, Callable[[Path], None]] = {
     "grids.png": grids,
     "unfolding.gif": unfolding,
     "shells.png": shells,
+    "trim.png": trim,
     "report.png": report,
     "flow.svg": stage_pictures.flow,
     "prepare.png": stage_pictures.prepare,

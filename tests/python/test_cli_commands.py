@@ -1,5 +1,6 @@
 """The commands train, tessellate, convert, compare, info and view."""
 
+import json
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -200,3 +201,27 @@ def test_the_report_is_written(points_file: Path, tmp_path: Path, command: Comma
     text = page.read_text(encoding="utf-8")
     options = "--grid 6 5 --aspect fixed"
     assert f"neurbs reconstruct {points_file} -o out.step {options}" in text
+
+
+def test_a_shell_is_described_converted_and_tessellated(tmp_path: Path, command: Command) -> None:
+    tube = neurbs.NurbsSurface.cylinder([0, 0, 0], [0, 0, 2], 1)
+    caps = [neurbs.NurbsSurface.ruled(tube.isocurve(v=v), point(v)) for v in (0.0, 1.0)]
+    shell = neurbs.Shell([tube, neurbs.Face(caps[0]), neurbs.Face(caps[1], reversed=True)])
+    assert shell.is_closed
+    file, free_form = tmp_path / "can.json", tmp_path / "can.obj"
+    neurbs.save(neurbs.Shell(shell.faces, unit="mm"), file)
+    assert command("convert", file, free_form).code == 0
+    for source in (file, free_form):
+        facts = json.loads(command("info", source, "--json").out)
+        assert (facts["kind"], facts["faces"], facts["closed"]) == ("shell", 3, True)
+        assert facts["volume"] == pytest.approx(2 * np.pi, rel=1e-6)
+    mesh = tmp_path / "can.stl"
+    assert command("tessellate", free_form, "-o", mesh, "-q").code == 0
+    assert mesh.stat().st_size > 1000
+    done = command("tessellate", file, "-o", mesh, "--shape", "3", "4")
+    assert (done.code, "--shape must be left out" in done.err) == (1, True)
+
+
+def point(v: float) -> neurbs.NurbsCurve:
+    """Return a curve that stays at the middle of a circle of the tube."""
+    return neurbs.NurbsCurve([[0, 0, 2 * v]] * 2, degree=1)

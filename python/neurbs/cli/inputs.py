@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 import neurbs
 from neurbs import NurbsSurface, PointCloud, Shell, io
+from neurbs.io.obj import is_free_form
 from neurbs.io.point_readers import warn_dropped
 
 Surface: TypeAlias = Annotated[
@@ -74,7 +75,9 @@ def read_point_cloud(path: Path, columns: str | None, nan: str | None) -> PointC
 
 def load(path: Path, columns: str | None, nan: str | None) -> Shell | PointCloud:
     """Read a shell or points, by the suffix of the file."""
-    if path.suffix.lower() in io.LOADABLE:
+    suffix = path.suffix.lower()
+    # The vertices of other OBJ files are points.
+    if suffix in io.LOADABLE or (suffix == ".obj" and path.is_file() and is_free_form(path)):
         return neurbs.load_shell(path)
     return read_point_cloud(path, columns, nan)
 

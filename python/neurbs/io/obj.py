@@ -19,6 +19,11 @@ _FREE_FORM = "cstype"
 _DOUBT = "vertices are control points of free-form surfaces: read these with load_shell"
 
 
+def is_free_form(path: Path) -> bool:
+    """Return whether an OBJ file has free-form curves or surfaces."""
+    return any(text.split(None, 1)[0] == _FREE_FORM for _, text in data_rows(path))
+
+
 def read_obj(path: Path, request: Request) -> PointSource:
     """Read all vertices (``v`` lines) in their order."""
     doubts: list[str] = []
