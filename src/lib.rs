@@ -65,6 +65,7 @@ pub mod brep;
 pub mod chart;
 pub mod cloud;
 pub mod diagnostic;
+mod disjoint_sets;
 pub mod error;
 pub mod export;
 pub mod fit;

@@ -7,6 +7,8 @@ use super::edge_matching::Match;
 use super::face::Face;
 use super::loops::Coedge;
 use super::section::Section;
+use crate::disjoint_sets::DisjointSets;
+use crate::numeric::index;
 
 /// What joins the faces of a shell.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,12 +54,12 @@ impl Topology {
 
 /// The start (2 k) and end (2 k + 1) of each section, as sets of those that are one vertex.
 struct Ends {
-    parents: Vec<usize>,
+    sets: DisjointSets,
 }
 
 impl Ends {
     fn joined(sections: &[Section], matches: &[Option<Match>]) -> Self {
-        let mut ends = Self { parents: (0..2 * sections.len()).collect() };
+        let mut ends = Self { sets: DisjointSets::new(2 * sections.len()) };
         let of_loop = |k: usize| (sections[k].face, sections[k].in_loop);
         let mut first_of_loop = 0;
         let mut first_of_edge: Vec<usize> = vec![];
@@ -83,26 +85,18 @@ impl Ends {
         ends
     }
 
-    fn root(&mut self, mut end: usize) -> usize {
-        while self.parents[end] != end {
-            self.parents[end] = self.parents[self.parents[end]];
-            end = self.parents[end];
-        }
-        end
-    }
-
     fn join(&mut self, a: usize, b: usize) {
-        let (a, b) = (self.root(a), self.root(b));
-        self.parents[a.max(b)] = a.min(b);
+        self.sets.unite(index(a), index(b));
     }
 
     /// The vertex of each end, and the vertices' places, in the order of the sections.
     fn numbered(mut self, sections: &[Section]) -> (Vec<usize>, Vec<DVec3>) {
-        let mut of_root = vec![usize::MAX; self.parents.len()];
+        let roots = self.sets.roots();
+        let mut of_root = vec![usize::MAX; roots.len()];
         let mut vertices = vec![];
         let mut numbers = vec![];
-        for end in 0..self.parents.len() {
-            let root = self.root(end);
+        for (end, root) in roots.into_iter().enumerate() {
+            let root = root as usize;
             if of_root[root] == usize::MAX {
                 of_root[root] = vertices.len();
                 let section = &sections[end / 2];

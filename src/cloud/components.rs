@@ -3,11 +3,12 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::disjoint_sets::{DisjointSets, NO_SET};
 use super::kd_tree::{KdTree, Neighbor};
 use super::plane::Plane;
 use super::sampling::{even_sample, items_at};
+use super::set_links::NO_SET;
 use super::settings::ComponentSettings;
+use crate::disjoint_sets::DisjointSets;
 use crate::error::Result;
 use crate::numeric::whole;
 use crate::progress::Observer;

@@ -6,7 +6,6 @@ mod checks;
 mod clean;
 mod components;
 mod convex_hull;
-mod disjoint_sets;
 mod frame;
 mod kd_tree;
 mod neighbor_graph;
@@ -15,6 +14,7 @@ mod normalization;
 mod plane;
 mod prepared_cloud;
 mod sampling;
+mod set_links;
 mod settings;
 #[cfg(test)]
 mod test_points;

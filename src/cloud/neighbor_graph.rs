@@ -5,9 +5,10 @@ use std::collections::BinaryHeap;
 
 use glam::DVec3;
 
-use super::disjoint_sets::{DisjointSets, shortest_links};
 use super::kd_tree::{KdTree, Neighbor};
 use super::plane::Plane;
+use super::set_links::shortest_links;
+use crate::disjoint_sets::DisjointSets;
 use crate::error::Result;
 use crate::numeric::index;
 use crate::progress::Observer;

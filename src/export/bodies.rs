@@ -4,6 +4,8 @@ use glam::DVec3;
 
 use super::orientation::signed_volume;
 use crate::brep::{Edge, Shell};
+use crate::disjoint_sets::DisjointSets;
+use crate::numeric::index;
 
 /// The bodies of a shell, as indices of its faces.
 pub(super) struct Bodies {
@@ -60,31 +62,22 @@ struct Part {
 
 /// The connected parts of a shell, in the order of their first faces.
 fn connected(shell: &Shell) -> Vec<Part> {
-    // The face with the smallest index that is known to be connected.
-    let mut first: Vec<usize> = (0..shell.faces().len()).collect();
-    let root = |first: &[usize], mut face: usize| {
-        while first[face] != face {
-            face = first[face];
-        }
-        face
-    };
+    let count = shell.faces().len();
+    let mut sets = DisjointSets::new(count);
     for edge in shell.edges() {
-        let roots = edge.uses.iter().map(|at| root(&first, at.face));
-        let roots: Vec<usize> = roots.collect();
-        let smallest = roots.iter().copied().min().unwrap_or_default();
-        for face in roots {
-            first[face] = smallest;
+        for at in &edge.uses {
+            sets.unite(index(edge.uses[0].face), index(at.face));
         }
     }
     let mut parts: Vec<Part> = vec![];
-    let mut part_of = vec![0; first.len()];
-    for face in 0..first.len() {
-        let root = root(&first, face);
-        if root == face {
+    let mut part_of = vec![0; count];
+    for (face, first) in sets.roots().into_iter().enumerate() {
+        let first = first as usize;
+        if first == face {
             part_of[face] = parts.len();
             parts.push(Part { faces: vec![], is_closed: true });
         }
-        part_of[face] = part_of[root];
+        part_of[face] = part_of[first];
         parts[part_of[face]].faces.push(face);
     }
     for edge in shell.edges().iter().filter(|edge| Edge::is_border(edge)) {

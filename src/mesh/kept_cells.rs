@@ -9,6 +9,7 @@ use super::TriangleMesh;
 use super::outline::{Node, Origin, Outline};
 use super::side_grid::SideGrid;
 use super::write::WrittenCell;
+use crate::disjoint_sets::DisjointSets;
 
 /// Distance from a loop below which a cell or a vertex is left out, as a share of the shorter of
 /// the cell's diagonal and the loop's side. Nearer vertices would make narrow triangles.
@@ -102,21 +103,20 @@ fn inside(
     touched: &[bool],
 ) -> Vec<Option<bool>> {
     // No loop passes between vertices of connected untouched cells.
-    let mut parents: Vec<usize> = (0..mesh.vertices.len()).collect();
+    let mut connected = DisjointSets::new(mesh.vertices.len());
     let mut used = vec![false; mesh.vertices.len()];
     for (cell, _) in cells.iter().zip(touched).filter(|(_, touched)| !**touched) {
         for triangle in &mesh.triangles[cell.triangles.clone()] {
             for &vertex in triangle {
                 used[vertex as usize] = true;
-                let (a, b) =
-                    (root(&mut parents, triangle[0] as usize), root(&mut parents, vertex as usize));
-                parents[a.max(b)] = a.min(b);
+                connected.unite(triangle[0], vertex);
             }
         }
     }
     let mut found = vec![None; mesh.vertices.len()];
+    let roots = connected.roots();
     for vertex in (0..found.len()).filter(|vertex| used[*vertex]) {
-        let first = root(&mut parents, vertex);
+        let first = roots[vertex] as usize;
         if first == vertex {
             found[vertex] = Some(outline.contains(mesh.uv[vertex]));
         } else {
@@ -124,15 +124,6 @@ fn inside(
         }
     }
     found
-}
-
-/// The root of the tree that an element of disjoint sets is in.
-pub(super) fn root(parents: &mut [usize], mut at: usize) -> usize {
-    while parents[at] != at {
-        parents[at] = parents[parents[at]];
-        at = parents[at];
-    }
-    at
 }
 
 /// The sides that only one of some triangles has, in order of their vertices.

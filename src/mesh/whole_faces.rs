@@ -15,7 +15,6 @@ use super::TessellateOptions;
 use super::adaptive::Tessellation;
 use super::conform::conform;
 use super::face_mesh::FaceMesh;
-use super::kept_cells::root;
 use super::mesh_join::overused;
 use super::options::Limits;
 use super::outline::{Node, Origin};
@@ -24,7 +23,9 @@ use super::partition::Partition;
 use super::shared_side::{SharedSide, SideUse};
 use super::surface_side::{SurfaceSide, ends};
 use crate::brep::Shell;
+use crate::disjoint_sets::DisjointSets;
 use crate::error::Result;
+use crate::numeric::index;
 use crate::progress::{Observer, Silent};
 
 /// Share of the tolerance that vertices on edges may move by.
@@ -37,7 +38,7 @@ struct WholeFaces<'a> {
     /// The largest move of a vertex.
     most: f64,
     /// The number of the group of connected faces that each face belongs to.
-    groups: Vec<usize>,
+    groups: Vec<u32>,
     /// The cells of each face; `None` if another method must triangulate it.
     partitions: Vec<Option<Partition<'a>>>,
 }
@@ -70,7 +71,7 @@ impl<'a> WholeFaces<'a> {
         let (shell, options) = (self.shell, self.options);
         let faces = shell.faces().iter().zip(&self.groups);
         let trimmed = faces.filter(|(face, _)| face.is_trimmed());
-        let trimmed: BTreeSet<usize> = trimmed.map(|(_, group)| *group).collect();
+        let trimmed: BTreeSet<u32> = trimmed.map(|(_, group)| *group).collect();
         let whole = (0..shell.faces().len()).filter(|face| !trimmed.contains(&self.groups[*face]));
         let divide = |(): &mut (), face: usize| {
             let surface = shell.faces()[face].surface();
@@ -236,14 +237,13 @@ fn face_mesh(
 }
 
 /// The number of the group of each face; the faces of a group are connected by vertices.
-fn groups(shell: &Shell) -> Vec<usize> {
+fn groups(shell: &Shell) -> Vec<u32> {
     let count = shell.faces().len();
-    let mut parents: Vec<usize> = (0..count + shell.vertices().len()).collect();
+    let mut connected = DisjointSets::new(count + shell.vertices().len());
     for face in 0..count {
         for coedge in shell.coedges(face).iter().flatten() {
-            let roots = [face, count + coedge.vertex].map(|at| root(&mut parents, at));
-            parents[roots[0].max(roots[1])] = roots[0].min(roots[1]);
+            connected.unite(index(face), index(count + coedge.vertex));
         }
     }
-    (0..count).map(|face| root(&mut parents, face)).collect()
+    (0..count).map(|face| connected.root(index(face))).collect()
 }

@@ -1,46 +1,11 @@
-//! Disjoint sets of points (union-find), and the shortest links between them.
+//! The shortest links between sets of points.
 
 use rayon::prelude::*;
 
 use super::kd_tree::{KdTree, Neighbor};
-use crate::numeric::index;
 
 /// The label of a point that belongs to no set.
 pub(super) const NO_SET: u32 = u32::MAX;
-
-/// A disjoint-set forest. Of two united sets, the lower root becomes the root.
-pub(super) struct DisjointSets {
-    parents: Vec<u32>,
-}
-
-impl DisjointSets {
-    /// Each of `count` points is a set of its own.
-    pub(super) fn new(count: usize) -> Self {
-        Self { parents: (0..).take(count).collect() }
-    }
-
-    /// The root of a point's set: its first point.
-    pub(super) fn root(&mut self, mut point: u32) -> u32 {
-        while self.parents[point as usize] != point {
-            // Path halving.
-            let parent = self.parents[self.parents[point as usize] as usize];
-            self.parents[point as usize] = parent;
-            point = parent;
-        }
-        point
-    }
-
-    /// Unites the sets of two points.
-    pub(super) fn unite(&mut self, a: u32, b: u32) {
-        let (a, b) = (self.root(a), self.root(b));
-        self.parents[a.max(b) as usize] = a.min(b);
-    }
-
-    /// The root of each point's set.
-    pub(super) fn roots(&mut self) -> Vec<u32> {
-        (0..self.parents.len()).map(|point| self.root(index(point))).collect()
-    }
-}
 
 /// A straight connection of two points.
 #[derive(Clone, Copy, Debug, PartialEq)]
