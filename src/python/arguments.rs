@@ -6,6 +6,7 @@
 use glam::DVec3;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 use super::arrays::Numbers;
 use super::errors::{bad_argument, is_about_input};
@@ -114,6 +115,27 @@ pub(super) fn choice<T: Copy>(
         let names: Vec<String> = all.iter().map(|&one| format!("'{}'", name_of(one))).collect();
         bad_argument(name, &names.join(" or "), value)
     })
+}
+
+/// The items of a dict, by name; None counts as missing.
+pub(super) struct Items<'py>(Bound<'py, PyDict>);
+
+impl<'py> Items<'py> {
+    /// The items of `data`, which must be a dict.
+    pub(super) fn of(data: &Bound<'py, PyAny>, must: &str) -> PyResult<Self> {
+        let dict = data.cast::<PyDict>().map_err(|_| bad_argument("data", must, data))?;
+        Ok(Self(dict.clone()))
+    }
+
+    /// An item that may be missing.
+    pub(super) fn get(&self, name: &str) -> PyResult<Option<Bound<'py, PyAny>>> {
+        Ok(self.0.get_item(name)?.filter(|item| !item.is_none()))
+    }
+
+    /// An item that must be there.
+    pub(super) fn needed(&self, name: &str, must: &str) -> PyResult<Bound<'py, PyAny>> {
+        self.get(name)?.ok_or_else(|| bad_argument("data", must, &self.0))
+    }
 }
 
 /// Refuses an argument under its old name, with the new one.

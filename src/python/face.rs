@@ -5,7 +5,7 @@ use std::sync::Arc;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::arguments::truth;
+use super::arguments::{Items, truth};
 use super::curve::NurbsCurve;
 use super::errors::bad_argument;
 use super::surface::NurbsSurface;
@@ -65,6 +65,11 @@ impl Face {
     pub(super) fn core(&self) -> &brep::Face {
         &self.core
     }
+}
+
+/// A number with its noun, in the plural unless it is 1.
+pub(super) fn count(number: usize, noun: &str) -> String {
+    format!("{number} {noun}{}", if number == 1 { "" } else { "s" })
 }
 
 /// Curves from Python: lists of lists of `NurbsCurve`.
@@ -262,11 +267,10 @@ impl Face {
     #[staticmethod]
     pub(super) fn from_dict(data: &Bound<'_, PyAny>) -> PyResult<Self> {
         let py = data.py();
-        let refused = || bad_argument("data", "a dict with a surface", data);
-        let dict = data.cast::<PyDict>().map_err(|_| refused())?;
-        let item = |name: &str| Ok::<_, PyErr>(dict.get_item(name)?.filter(|item| !item.is_none()));
-        let surface = NurbsSurface::from_dict(&item("surface")?.ok_or_else(refused)?)?;
-        let loops = item("loops")?.map(|loops| {
+        let must = "a dict with a surface";
+        let items = Items::of(data, must)?;
+        let surface = NurbsSurface::from_dict(&items.needed("surface", must)?)?;
+        let loops = items.get("loops")?.map(|loops| {
             let refused = |_| bad_argument("loops", "a list of lists of dicts", &loops);
             let loops: Vec<Vec<Bound<'_, PyAny>>> = loops.extract().map_err(refused)?;
             let curve = |curve: &Bound<'_, PyAny>| Py::new(py, NurbsCurve::from_dict(curve)?);
@@ -274,9 +278,10 @@ impl Face {
             let loops: PyResult<Vec<Vec<_>>> = loops.iter().map(of_loop).collect();
             loops?.into_pyobject(py)
         });
-        let text = item("name")?
+        let text = items
+            .get("name")?
             .map(|name| name.extract().map_err(|_: PyErr| bad_argument("name", "a string", &name)));
-        let color = item("color")?.map(|color| {
+        let color = items.get("color")?.map(|color| {
             let refused = |_: PyErr| bad_argument("color", "three numbers", &color);
             color.extract::<[f64; 3]>().map(Into::into).map_err(refused)
         });
@@ -285,7 +290,7 @@ impl Face {
             loops.transpose()?.as_ref(),
             text.transpose()?,
             color.transpose()?,
-            item("reversed")?.as_ref(),
+            items.get("reversed")?.as_ref(),
         )
     }
 
@@ -302,7 +307,6 @@ impl Face {
 
     fn __repr__(&self) -> String {
         let (rows, cols) = self.core.surface().shape();
-        let count = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
         let loops = if self.core.is_trimmed() {
             let curves = count(self.core.outer().curves().len(), "curve");
             format!("outer loop of {curves}, {}", count(self.core.inner().len(), "hole"))

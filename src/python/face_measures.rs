@@ -305,6 +305,8 @@ impl Shell {
 
     /// Project points onto the faces: the globally closest points.
     ///
+    /// The first call prepares the faces; the shell keeps that.
+    ///
     /// Parameters
     /// ----------
     /// points : array_like of shape (n, 3) or (n, 2)
@@ -331,7 +333,8 @@ impl Shell {
         let py = points.py();
         let numbers = Numbers::points(points, "points")?;
         let points: &[glam::DVec3] = numbers.as_slice()?;
-        let found = call::run(py, None, |watcher| self.core().closest_points(points, watcher))?;
+        let found =
+            call::run(py, None, |watcher| self.search(watcher)?.closest_points(points, watcher))?;
         FacePoints::new(py, &found)
     }
 

@@ -1,18 +1,22 @@
 //! The classes `neurbs.Shell` and `neurbs.Edge`.
 
+use std::sync::OnceLock;
+
 use numpy::PyArrayDyn;
 use numpy::ndarray::IxDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::arguments::{choice, optional_real};
+use super::arguments::{Items, choice, optional_real};
 use super::arrays;
+use super::call::Watcher;
 use super::curve::NurbsCurve;
 use super::errors::bad_argument;
-use super::face::Face;
+use super::face::{Face, count};
 use super::surface::NurbsSurface;
 use super::transform::affine;
-use crate::brep::{self, LengthUnit};
+use crate::brep::{self, FaceSearch, LengthUnit};
+use crate::error::Result;
 
 /// The identifier of the edge of each curve of each loop of each face.
 type Identifiers = Vec<Vec<Vec<Option<usize>>>>;
@@ -103,11 +107,13 @@ impl Edge {
 #[pyclass(frozen, module = "neurbs")]
 pub(super) struct Shell {
     core: brep::Shell,
+    /// Built by the first search for closest points.
+    search: OnceLock<FaceSearch>,
 }
 
 impl From<brep::Shell> for Shell {
     fn from(core: brep::Shell) -> Self {
-        Self { core }
+        Self { core, search: OnceLock::new() }
     }
 }
 
@@ -133,6 +139,16 @@ fn faces_of(items: &Bound<'_, PyAny>) -> PyResult<Vec<brep::Face>> {
 impl Shell {
     pub(super) fn core(&self) -> &brep::Shell {
         &self.core
+    }
+
+    /// The search structure for closest points, built on first use.
+    pub(super) fn search(&self, watcher: &mut Watcher) -> Result<&FaceSearch> {
+        if let Some(search) = self.search.get() {
+            return Ok(search);
+        }
+        // Two threads may build it at the same time; the first one to finish is kept.
+        let search = FaceSearch::new(self.core.faces(), watcher)?;
+        Ok(self.search.get_or_init(|| search))
     }
 
     /// The edges of the loops' curves; `None` if curves were divided where others end on them.
@@ -318,17 +334,17 @@ impl Shell {
     #[staticmethod]
     fn from_dict(data: &Bound<'_, PyAny>) -> PyResult<Self> {
         let py = data.py();
-        let refused = || bad_argument("data", "a dict with faces", data);
-        let dict = data.cast::<PyDict>().map_err(|_| refused())?;
-        let item = |name: &str| Ok::<_, PyErr>(dict.get_item(name)?.filter(|item| !item.is_none()));
-        let faces = item("faces")?.ok_or_else(refused)?;
+        let must = "a dict with faces";
+        let items = Items::of(data, must)?;
+        let faces = items.needed("faces", must)?;
+        let refused = |_| bad_argument("data", must, data);
         let faces: PyResult<Vec<Face>> =
-            faces.try_iter().map_err(|_| refused())?.map(|face| Face::from_dict(&face?)).collect();
+            faces.try_iter().map_err(refused)?.map(|face| Face::from_dict(&face?)).collect();
         Self::py_new(
             faces?.into_pyobject(py)?.as_any(),
-            item("tolerance")?.as_ref(),
-            item("unit")?.as_ref(),
-            item("edges")?.as_ref(),
+            items.get("tolerance")?.as_ref(),
+            items.get("unit")?.as_ref(),
+            items.get("edges")?.as_ref(),
         )
     }
 
@@ -344,7 +360,6 @@ impl Shell {
     }
 
     fn __repr__(&self) -> String {
-        let count = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
         let border = self.core.border().count();
         let kind = if border == 0 { "closed".into() } else { count(border, "border edge") };
         let faces = count(self.core.faces().len(), "face");

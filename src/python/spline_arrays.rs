@@ -6,8 +6,8 @@ use numpy::ndarray::IxDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use super::arguments::Items;
 use super::arrays;
-use super::errors::bad_argument;
 use crate::nurbs::KnotVector;
 
 type Array = Py<PyArrayDyn<f64>>;
@@ -82,14 +82,13 @@ pub(super) struct SplineItems<'py> {
 
 impl<'py> SplineItems<'py> {
     pub(super) fn new(data: &Bound<'py, PyAny>) -> PyResult<Self> {
-        let refused = || bad_argument("data", "a dict with control_points", data);
-        let dict = data.cast::<PyDict>().map_err(|_| refused())?;
-        let item = |name: &str| Ok::<_, PyErr>(dict.get_item(name)?.filter(|item| !item.is_none()));
+        let must = "a dict with control_points";
+        let items = Items::of(data, must)?;
         Ok(Self {
-            control_points: item("control_points")?.ok_or_else(refused)?,
-            weights: item("weights")?,
-            degree: item("degree")?,
-            knots: item("knots")?,
+            control_points: items.needed("control_points", must)?,
+            weights: items.get("weights")?,
+            degree: items.get("degree")?,
+            knots: items.get("knots")?,
         })
     }
 }
