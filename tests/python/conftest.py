@@ -203,3 +203,24 @@ def inner_point() -> Callable[[neurbs.Face], tuple[Any, Any]]:
         return face.surface.evaluate(at)[0], -normal if face.is_reversed else normal
 
     return inner_point
+
+
+@pytest.fixture
+def refuse_cuts() -> Callable[[Path], None]:
+    """Return a function that cuts a file of a shell, and asserts that each part is refused."""
+
+    def refuse_cuts(path: Path) -> None:
+        whole = path.read_bytes().rstrip()
+        expected = neurbs.load_shell(path)
+        # Each hundredth of the length, and a byte before the end.
+        for share in [*np.linspace(0, 1, 100, endpoint=False), 1.0]:
+            path.write_bytes(whole[: int(share * len(whole)) - (share == 1)])
+            try:
+                shell = neurbs.load_shell(path)
+            except neurbs.NeurbsError:
+                continue
+            # Only the end of the last line is missing.
+            assert share > 0.98
+            assert shell == expected
+
+    return refuse_cuts

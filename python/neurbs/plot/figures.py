@@ -85,7 +85,7 @@ def plot_reconstruction(
     ['z', 'z']
     """
     deviation = Deviation.of_result(result) if color == "deviation" else None
-    if _is_pyvista(backend):
+    if is_pyvista(backend):
         from neurbs.plot.pyvista_scene import surface_plotter
 
         return surface_plotter(
@@ -176,7 +176,7 @@ def plot_surface(
         color = "height" if cloud is None else "deviation"
     needed = color == "deviation" and cloud is not None
     deviation = Deviation.of(surface, cloud) if needed and cloud is not None else None
-    if _is_pyvista(backend):
+    if is_pyvista(backend):
         from neurbs.plot.pyvista_scene import surface_plotter
 
         return surface_plotter(
@@ -283,7 +283,7 @@ def plot_points(points: ArrayLike, *, backend: str = "matplotlib") -> Any:
     matplotlib.figure.Figure or pyvista.Plotter
     """
     cloud = _core.as_points(points)
-    if _is_pyvista(backend):
+    if is_pyvista(backend):
         from neurbs.plot.pyvista_scene import points_plotter
 
         return points_plotter(cloud)
@@ -336,7 +336,8 @@ def _draw_cells(axes: Any, lattice: NDArray[np.float64], scale: Coloring) -> Non
     )
 
 
-def _is_pyvista(backend: str) -> bool:
+def is_pyvista(backend: str) -> bool:
+    """Return whether PyVista draws; raise for a name of no backend."""
     if backend not in ("matplotlib", "pyvista"):
         raise argument_error("backend", f"must be 'matplotlib' or 'pyvista', got {backend!r}")
     return backend == "pyvista"

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from neurbs import _core
-from neurbs.errors import argument_error
 from neurbs.extras import require
 from neurbs.plot.axes_box import INK, AxesBox, add_panel, new_figure, sample, view
+from neurbs.plot.figures import is_pyvista
 from neurbs.plot.matplotlib_scene import POINT, brightness, diamonds
 
 if TYPE_CHECKING:
@@ -69,8 +69,7 @@ def plot_shell(
     >>> plot_shell(tube).texts[0].get_text()
     '1 face, 3 edges, area 12.57'
     """
-    if backend not in ("matplotlib", "pyvista"):
-        raise argument_error("backend", f"must be 'matplotlib' or 'pyvista', got {backend!r}")
+    in_window = is_pyvista(backend)
     if isinstance(shell, _core.Face):
         shell = _core.Shell(shell)
     cloud = None if points is None else _core.as_points(points)
@@ -79,7 +78,7 @@ def plot_shell(
     size = float(np.linalg.norm(high - low))
     mesh = shell.tessellate(max_edge=_MAX_EDGE * size)
     colors = np.array([face.color or _FILL for face in shell.faces])[mesh.face_index]
-    if backend == "pyvista":
+    if in_window:
         return _plotter(shell, mesh, colors, cloud)
     return _figure(shell, mesh, colors, cloud)
 
