@@ -96,6 +96,21 @@ pub enum Diagnostic {
         /// Diagonal of the points' bounding box.
         diagonal: f64,
     },
+    /// The surface was not trimmed where the points end.
+    Untrimmed {
+        /// The reason.
+        reason: String,
+    },
+    /// The loops around the points are doubtful.
+    TrimDoubtful {
+        /// The reason.
+        reason: String,
+    },
+    /// The points lie in several regions of the surface.
+    Regions {
+        /// Number of regions.
+        count: usize,
+    },
     /// Training ended before the map settled.
     NotSettled {
         /// Number of training steps.
@@ -170,6 +185,9 @@ impl Diagnostic {
         ("no-data", "Points with a no-data value were left out."),
         ("tolerance-missed", "Points lie farther from the surface than the tolerance."),
         ("kind-doubtful", "The requested kind does not fit the points."),
+        ("untrimmed", "The surface was not trimmed where the points end."),
+        ("trim-doubtful", "The loops around the points are doubtful."),
+        ("regions", "The points lie in several regions of the surface, with a face each."),
         ("not-settled", "Training ended before the map settled."),
     ];
 
@@ -190,6 +208,9 @@ impl Diagnostic {
             Self::NoData { .. } => "no-data",
             Self::ToleranceMissed { .. } => "tolerance-missed",
             Self::KindDoubtful { .. } => "kind-doubtful",
+            Self::Untrimmed { .. } => "untrimmed",
+            Self::TrimDoubtful { .. } => "trim-doubtful",
+            Self::Regions { .. } => "regions",
             Self::NotSettled { .. } => "not-settled",
         }
     }
@@ -327,6 +348,15 @@ impl Diagnostic {
                 "{count} points with the no-data value {value} were left out. Use \
                  `clean=False` to keep them."
             ),
+            Self::Untrimmed { reason } => write!(f, "The surface was not trimmed: {reason}."),
+            Self::TrimDoubtful { reason } => {
+                write!(f, "The loops around the points are doubtful: {reason}.")
+            }
+            Self::Regions { count } => write!(
+                f,
+                "The points lie in {count} regions of the surface, with a face each. Use \
+                 `trim=False` to keep the surface whole."
+            ),
             Self::NotSettled { steps, change } => {
                 write!(f, "Training ended after {steps} steps")?;
                 if let Some(change) = change {
@@ -380,6 +410,9 @@ mod tests {
             Diagnostic::NoData { value: -9999.0, count: 3 },
             Diagnostic::ToleranceMissed { tolerance: 0.1, missed: 12, points: 100, cause },
             Diagnostic::KindDoubtful { requested: Kind::Tube, rms, diagonal },
+            Diagnostic::Untrimmed { reason: "few points".into() },
+            Diagnostic::TrimDoubtful { reason: "few points".into() },
+            Diagnostic::Regions { count: 2 },
             Diagnostic::NotSettled { steps: 100, change: Some(0.5) },
         ]
     }

@@ -83,11 +83,14 @@ if TYPE_CHECKING:
         NeurbsWarning,
         NoDataWarning,
         OvershootWarning,
+        RegionsWarning,
         ThickWarning,
         ToleranceMissedWarning,
         TornWarning,
+        TrimDoubtfulWarning,
         TwoLayersWarning,
         UncoveredWarning,
+        UntrimmedWarning,
         validate,
     )
     from neurbs.interop import (
@@ -118,6 +121,7 @@ if TYPE_CHECKING:
     )
     from neurbs.reconstruction_report import (
         Report,
+        TrimReport,
     )
     from neurbs.som import (
         SelfOrganizingMap,
@@ -158,6 +162,7 @@ __all__ = [
     "PointCloud",
     "Progress",
     "Reconstruction",
+    "RegionsWarning",
     "Report",
     "SelfOrganizingMap",
     "Shell",
@@ -165,8 +170,11 @@ __all__ = [
     "ToleranceMissedWarning",
     "TornWarning",
     "TriangleMesh",
+    "TrimDoubtfulWarning",
+    "TrimReport",
     "TwoLayersWarning",
     "UncoveredWarning",
+    "UntrimmedWarning",
     "__version__",
     "candidates",
     "clean",
@@ -213,11 +221,14 @@ _HOMES = {
         "NeurbsWarning",
         "NoDataWarning",
         "OvershootWarning",
+        "RegionsWarning",
         "ThickWarning",
         "ToleranceMissedWarning",
         "TornWarning",
+        "TrimDoubtfulWarning",
         "TwoLayersWarning",
         "UncoveredWarning",
+        "UntrimmedWarning",
         "validate",
     ),
     "interop": (
@@ -240,7 +251,7 @@ _HOMES = {
     "reconstruction": ("Reconstruction",),
     "reconstruction_fit": ("reconstruct",),
     "reconstruction_paper": ("reconstruct_paper",),
-    "reconstruction_report": ("Report",),
+    "reconstruction_report": ("Report", "TrimReport"),
     "som": ("SelfOrganizingMap",),
     "versions": ("show_versions",),
 }

@@ -730,6 +730,7 @@ class HeightFit:
 
 _Found: TypeAlias = tuple[
     NurbsSurface,
+    Shell,
     Map,
     NDArray[np.float64],
     NDArray[np.float64],

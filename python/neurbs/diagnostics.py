@@ -60,11 +60,14 @@ LeftOutWarning = CATEGORIES["left-out"]
 MixedUnitsWarning = CATEGORIES["mixed-units"]
 NoDataWarning = CATEGORIES["no-data"]
 OvershootWarning = CATEGORIES["overshoot"]
+RegionsWarning = CATEGORIES["regions"]
 ThickWarning = CATEGORIES["thick"]
 ToleranceMissedWarning = CATEGORIES["tolerance-missed"]
 TornWarning = CATEGORIES["torn"]
+TrimDoubtfulWarning = CATEGORIES["trim-doubtful"]
 TwoLayersWarning = CATEGORIES["two-layers"]
 UncoveredWarning = CATEGORIES["uncovered"]
+UntrimmedWarning = CATEGORIES["untrimmed"]
 
 
 _ACTIONS = ("default", "always", "all", "ignore", "module", "once", "error")

@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from neurbs import _core, candidate, diagnostics
+from neurbs._core import NeurbsError
 from neurbs.errors import argument_error
-from neurbs.reconstruction_report import Report
+from neurbs.reconstruction_report import Report, TrimReport
 from neurbs.renamed import missing_attribute
 from neurbs.som import SelfOrganizingMap
 
@@ -31,7 +32,10 @@ class Reconstruction:
     points : ndarray of shape (n, 3)
         The points: a read-only view of the given array, or of its conversion to float64.
     surface : NurbsSurface
-        The surface.
+        The whole surface, from which the deviations are measured.
+    shell : Shell
+        The faces of the surface: they end where the points end, unless that says no more than the
+        sides of the surface. Each region with points has a face.
     som : SelfOrganizingMap
         The trained map.
     uv : ndarray of shape (n, 2)
@@ -52,6 +56,7 @@ class Reconstruction:
 
     points: NDArray[np.float64] = dataclasses.field(repr=False)
     surface: _core.NurbsSurface
+    shell: _core.Shell = dataclasses.field(repr=False)
     som: SelfOrganizingMap
     uv: NDArray[np.float64] = dataclasses.field(repr=False)
     deviations: NDArray[np.float64] = dataclasses.field(repr=False)
@@ -66,13 +71,23 @@ class Reconstruction:
             """Raise for a missing attribute; for an old name the error gives the new one."""
             raise missing_attribute("'Reconstruction' object", name)
 
+    @property
+    def face(self) -> _core.Face:
+        """The only face of the shell; an error if there are several."""
+        faces = self.shell.faces
+        if len(faces) != 1:
+            raise NeurbsError(
+                f"face must be the only one, got {len(faces)} faces: use result.shell.faces"
+            )
+        return faces[0]
+
     @functools.cached_property
     def mesh(self) -> _core.TriangleMesh:
-        """The surface as triangles, as ``surface.tessellate`` makes them by default.
+        """The faces as triangles, as ``shell.tessellate`` makes them by default.
 
         It is made when it is first used.
         """
-        return self.surface.tessellate()
+        return self.shell.tessellate()
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write surface, mesh, picture or report to a file, by its suffix: see `neurbs.save`."""
@@ -82,9 +97,13 @@ class Reconstruction:
 
     def _file_parts(self) -> dict[str, Callable[[], Any]]:
         """Return the parts that files can store, in order of preference, for `neurbs.save`."""
+        # A format that holds a surface only would lose trims.
+        trimmed = any(face.is_trimmed for face in self.shell.faces)
+        surface = {} if trimmed else {"surface": lambda: self.surface}
         return {
             "mesh": lambda: self.mesh,
-            "surface": lambda: self.surface,
+            **surface,
+            "shell": lambda: [self.shell],
             "points": self._with_distances,
             "picture": lambda: self,
             "report": lambda: self,
@@ -158,14 +177,24 @@ def wrapped(
     points: NDArray[np.float64], found: _core._Found, options: dict[str, Any], start: float
 ) -> Reconstruction:
     """Make a result from the output of the core; `start` is the time of the call."""
-    surface, trained, uv, deviations, inliers, facts, history = found
+    surface, shell, trained, uv, deviations, inliers, facts, history = found
     training = ("seed", "max_steps", "reach", "min_change")
     som = SelfOrganizingMap._of_core(trained, **{name: options.get(name) for name in training})
     facts["candidates"] = candidate.of_core(facts["candidates"])
     facts["diagnostics"] = diagnostics.of_core(facts["diagnostics"])
+    facts["trim"] = facts["trim"] and TrimReport(**facts["trim"])
     facts["seconds"] = _with_python(facts["seconds"], start)
     return Reconstruction(
-        _read_only(points), surface, som, uv, deviations, inliers, Report(**facts), options, history
+        _read_only(points),
+        surface,
+        shell,
+        som,
+        uv,
+        deviations,
+        inliers,
+        Report(**facts),
+        options,
+        history,
     )
 
 

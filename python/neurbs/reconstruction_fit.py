@@ -40,6 +40,7 @@ def reconstruct(
     rational: bool = False,
     fairness: float | None = None,
     border: float | None = None,
+    trim: bool | str = "auto",
     max_control_points: int = 40_000,
     aspect: str = "data",
     seed: int = 0,
@@ -64,6 +65,7 @@ def reconstruct(
     rational: bool = False,
     fairness: float | None = None,
     border: float | None = None,
+    trim: bool | str = "auto",
     max_control_points: int = 40_000,
     aspect: str = "data",
     seed: int = 0,
@@ -88,6 +90,7 @@ def reconstruct(
     rational: bool = False,
     fairness: float | None = None,
     border: float | None = None,
+    trim: bool | str = "auto",
     max_control_points: int = 40_000,
     aspect: str = "data",
     seed: int = 0,
@@ -99,6 +102,7 @@ def reconstruct(
     points. A coarse fit of each proposal gets a score, and the best is refined. A B-spline surface
     is fitted by least squares with fairness, and the parameters of the points are corrected. A
     height field is fitted as z = f(x, y). A self-organizing map is trained from the coarse surface.
+    Loops around the points, and around holes in them, bound the faces.
 
     Parameters
     ----------
@@ -150,6 +154,11 @@ def reconstruct(
         Extension of an open surface beyond the points, in mean spacings of the points, by default
         0.5. It is smaller where the border of the points is certain, and larger where it is
         uncertain or the points are sparse. A height field ends with the points.
+    trim : {"auto", True, "outer", False}, default "auto"
+        Whether faces end where the points end, and leave holes open; see `neurbs.trim`. With
+        ``"auto"`` the face is the whole surface where loops are doubtful, or say no more than the
+        sides of the surface. ``"outer"`` covers holes. Deviations are measured from the whole
+        surface all the same.
     max_control_points : int, default 40000
         Most control points of a net that grows.
     aspect : {"data", "fixed"}, default "data"
@@ -163,7 +172,7 @@ def reconstruct(
     Returns
     -------
     Reconstruction
-        Surface, trained map, the points' parameters and deviations, and the report. With
+        Surface, faces, trained map, the points' parameters and deviations, and the report. With
         ``component="each"`` a list, one for each component with enough points, the largest first.
 
     Raises
@@ -217,6 +226,7 @@ def reconstruct(
         "rational": rational,
         "fairness": fairness,
         "border": border,
+        "trim": trim,
         "max_control_points": max_control_points,
         "aspect": aspect,
         "seed": seed,

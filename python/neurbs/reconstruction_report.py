@@ -12,6 +12,56 @@ from neurbs.renamed import missing_attribute
 
 
 @dataclasses.dataclass(frozen=True)
+class TrimReport:
+    """The faces of a surface beside its points. Areas are in the square of the points' unit.
+
+    A spacing is the side of a square with one point each, near a place.
+
+    Attributes
+    ----------
+    area : float
+        Area of the faces.
+    surface_area : float
+        Area of the whole surface.
+    holes : tuple of float
+        Area of each hole, the largest first.
+    outside : float
+        Share of the points that lie more than 0.75 spacings outside of the faces.
+    beyond : float or None
+        Share of the faces' area that is farther than 1.5 spacings from every point; None if there
+        are too few points for a spacing.
+    beyond_untrimmed : float or None
+        The same share of the whole surface.
+    """
+
+    area: float
+    surface_area: float
+    holes: tuple[float, ...]
+    outside: float
+    beyond: float | None
+    beyond_untrimmed: float | None
+
+    def __str__(self) -> str:
+        """Return the figures as a sentence."""
+        if self.area == self.surface_area:
+            return f"the whole surface, area {self.area:.4g}{_beyond(self.beyond)}"
+        count = len(self.holes)
+        sizes = ", ".join(f"{hole:.3g}" for hole in self.holes[:5]) + ", …" * (count > 5)
+        holes = f"{count} hole{'s' * (count > 1)} of {sizes}" if count else "no holes"
+        outside = f", {100 * self.outside:.2g} % of the points outside" if self.outside else ""
+        before = _beyond(self.beyond_untrimmed)
+        return (
+            f"area {self.area:.4g}{_beyond(self.beyond)}, {holes}{outside}; "
+            f"untrimmed {self.surface_area:.4g}{before}"
+        )
+
+
+def _beyond(share: float | None) -> str:
+    """Return the part of an area that lies beyond the points in words."""
+    return "" if share is None else f" ({100 * share:.2g} % beyond the points)"
+
+
+@dataclasses.dataclass(frozen=True)
 class Report:
     """The figures of a reconstruction: points, fit, candidates, training, time.
 
@@ -65,6 +115,8 @@ class Report:
     outliers : int
         Points that were left out because they are far from their neighbors or from the surface,
         or have a no-data value.
+    trim : TrimReport or None
+        Area and holes of the faces; None if no trimming was asked for.
     steps : int
         Steps of training: presentations by the paper's method, else epochs.
     ordered_at : int
@@ -104,6 +156,7 @@ class Report:
     diagnostics: tuple[Diagnostic, ...]
     duplicates: int
     outliers: int
+    trim: TrimReport | None
     steps: int
     ordered_at: int
     stopped_by: str
@@ -134,6 +187,8 @@ class Report:
             "deviations": f"rms {self.rms:.4g}, max {self.max:.4g}{within}",
             "percentiles": ", ".join(f"{n} % {d:.4g}" for n, d in self.percentiles.items()),
         }
+        if self.trim is not None:
+            lines["face"] = str(self.trim)
         if self.candidates:
             lines["candidates"] = table(self.candidates)
         if self.duplicates:

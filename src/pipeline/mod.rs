@@ -26,14 +26,15 @@ mod settings;
 mod stage_times;
 mod surface_fit;
 mod trained_map;
+mod trimmed;
 
 pub use self::candidates::{Candidate, candidates};
-pub use self::options::{Aspect, ReconstructOptions, Start};
+pub use self::options::{Aspect, ReconstructOptions, Start, Trimming};
 pub use self::ranking::{Dropped, Model, Ranking, rank};
 pub use self::reconstruct::reconstruct;
 pub use self::reconstruct_paper::{PaperOptions, reconstruct_paper};
 pub use self::reconstruction::Reconstruction;
 pub use self::recover_net::recover_net;
-pub use self::report::{Deviations, PERCENTILES, Report, TrainingReport};
+pub use self::report::{Deviations, PERCENTILES, Report, TrainingReport, TrimReport};
 pub use self::score::Score;
 pub use self::settings::{RankingSettings, ScoreSettings, SearchSettings};

@@ -50,6 +50,8 @@ pub struct ReconstructOptions<'a> {
     /// Approximate distance to which the surface extends beyond the points at open borders, in mean
     /// spacings. It is smaller where the border is certain. `None`: the default.
     pub border: Option<f64>,
+    /// Whether faces end where the points end.
+    pub trim: Trimming,
     /// Largest number of control points to which the net grows.
     pub max_control_points: usize,
     /// How the budget of control points is split between rows and columns.
@@ -80,6 +82,7 @@ impl Default for ReconstructOptions<'_> {
             rational: false,
             fairness: None,
             border: None,
+            trim: Trimming::Auto,
             max_control_points: DEFAULT_MAX_CONTROL_POINTS,
             aspect: Aspect::Data,
             seed: 0,
@@ -168,6 +171,35 @@ impl Start<'_> {
             Self::Geodesic => "geodesic",
             Self::Pca => "pca",
             Self::Given { .. } => "given",
+        }
+    }
+}
+
+/// Whether faces end where the points end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Trimming {
+    /// Where loops are certain, and say more than the sides of the surface.
+    Auto,
+    /// Wherever loops are found.
+    Yes,
+    /// As `Yes`, but holes are covered.
+    Outer,
+    /// Nowhere: the face is the whole surface.
+    No,
+}
+
+impl Trimming {
+    /// All choices.
+    pub const ALL: [Self; 4] = [Self::Auto, Self::Yes, Self::Outer, Self::No];
+
+    /// The name, as the command line spells it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Yes => "yes",
+            Self::Outer => "outer",
+            Self::No => "no",
         }
     }
 }

@@ -6,7 +6,7 @@ use crate::progress::{Epoch, Observer, Progress};
 
 /// Microseconds a point for each phase, on a processor of 2025. The cost of ranking is for a
 /// sampled point, the others are for a given point.
-const COSTS: [f64; 4] = [8.0, 100.0, 50.0, 2.0];
+const COSTS: [f64; 5] = [8.0, 100.0, 50.0, 2.0, 10.0];
 
 /// A phase of a reconstruction; its number is its place in [`COSTS`].
 #[derive(Clone, Copy)]
@@ -15,12 +15,13 @@ pub(super) enum Phase {
     Rank,
     Refine,
     Measure,
+    Trim,
 }
 
 impl Phase {
     /// The share of the whole that is done when the phase begins and when it ends.
     fn shares(self, points: usize, sampled: usize) -> (f64, f64) {
-        let counts = [points, sampled.min(points), points, points];
+        let counts = [points, sampled.min(points), points, points, points];
         let costs: Vec<f64> = COSTS.iter().zip(counts).map(|(cost, n)| cost * n as f64).collect();
         let (phase, total) = (self as usize, costs.iter().sum::<f64>());
         let until = |end: usize| costs[..end].iter().sum::<f64>() / total;
@@ -86,7 +87,7 @@ mod tests {
             shares.extend(progress.share);
             ControlFlow::Continue(())
         };
-        for phase in [Phase::Prepare, Phase::Rank, Phase::Refine, Phase::Measure] {
+        for phase in [Phase::Prepare, Phase::Rank, Phase::Refine, Phase::Measure, Phase::Trim] {
             let mut observer = phase.observed(3000, 2000, &mut note);
             for step in [0, 5, 10, 0, 10, 2, 4] {
                 let progress = Progress::of_stage(Stage::Fitting, step, 10, 3000);

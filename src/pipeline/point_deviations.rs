@@ -66,6 +66,12 @@ impl PointDeviations {
         found
     }
 
+    /// Parameters of the inliers.
+    pub(super) fn inlier_parameters(&self) -> Vec<DVec2> {
+        let all = self.uv.iter().zip(&self.inliers);
+        all.filter(|(_, inlier)| **inlier).map(|(uv, _)| *uv).collect()
+    }
+
     /// Deviations of the inliers.
     pub(super) fn inlier_deviations(&self) -> Vec<f64> {
         let all = self.deviations.iter().zip(&self.inliers);

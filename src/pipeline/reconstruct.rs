@@ -15,6 +15,7 @@ use super::reconstruction::Reconstruction;
 use super::refine::{RefinedSurface, fit_problem};
 use super::report::{Report, SurfaceFindings};
 use super::select::select_best;
+use super::trimmed::Trimmed;
 use crate::cloud::{self, Bounds};
 use crate::error::Result;
 use crate::progress::Observer;
@@ -25,7 +26,7 @@ use crate::worker_pool;
 ///
 /// Charts propose how points may lie on a surface. Coarse fits of their hypotheses are scored. The
 /// best is refined: a map is trained from it, and least squares with fairness and parameter
-/// correction fit a net that grows.
+/// correction fit a net that grows. Loops around the points bound the faces.
 ///
 /// # Errors
 ///
@@ -49,7 +50,7 @@ pub fn reconstruct(
     Ok(result)
 }
 
-/// The stages after the ranking: refine, move to the given frame, orient, measure, diagnose,
+/// The stages after the ranking: refine, move to the given frame, orient, measure, diagnose, trim,
 /// report.
 fn finish(
     points: &[DVec3],
@@ -81,6 +82,11 @@ fn finish(
     let som = map.in_given_frame(&frame, observer)?;
     ranked.times.end_stage("measure");
 
+    let observer: &mut dyn Observer = &mut Phase::Trim.observed(points.len(), sampled, observer);
+    let trimmed = Trimmed::of(&surface, &measured.inlier_parameters(), options.trim, observer)?;
+    diagnostics.extend(trimmed.diagnostics);
+    ranked.times.end_stage("trim");
+
     let findings = SurfaceFindings {
         bounds,
         kind,
@@ -91,8 +97,9 @@ fn finish(
         measured: &measured,
         candidates,
         diagnostics,
+        trim: trimmed.report,
     };
     let report = Report::of(findings, ranked, options.tolerance);
     let PointDeviations { uv, deviations, inliers } = measured;
-    Ok(Reconstruction { surface, som, uv, deviations, inliers, report })
+    Ok(Reconstruction { surface, shell: trimmed.shell, som, uv, deviations, inliers, report })
 }

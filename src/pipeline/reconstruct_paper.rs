@@ -7,6 +7,7 @@ use glam::DVec3;
 use super::reconstruction::Reconstruction;
 use super::report::{Deviations, Report, TrainingReport};
 use super::stage_times::StageTimes;
+use crate::brep::Shell;
 use crate::chart::Kind;
 use crate::cloud::{self, Bounds};
 use crate::diagnostic::Diagnostic;
@@ -120,10 +121,12 @@ fn run(
         diagnostics: if converged { Vec::new() } else { vec![not_settled] },
         duplicates: 0,
         outliers: 0,
+        trim: None,
         seconds: times.seconds(),
     };
     let inliers = vec![true; points.len()];
-    Ok(Reconstruction { surface, som, uv, deviations, inliers, report })
+    let shell = Shell::whole(surface.clone())?;
+    Ok(Reconstruction { surface, shell, som, uv, deviations, inliers, report })
 }
 
 /// Trains the network on the points.

@@ -3,6 +3,7 @@
 use glam::DVec2;
 
 use super::report::Report;
+use crate::brep::Shell;
 use crate::error::Result;
 use crate::mesh::{TessellateOptions, TriangleMesh};
 use crate::nurbs::NurbsSurface;
@@ -12,8 +13,11 @@ use crate::som::SelfOrganizingMap;
 /// The result of [`reconstruct`](super::reconstruct), in the points' own frame and unit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reconstruction {
-    /// The surface.
+    /// The whole surface, which the deviations are measured from.
     pub surface: NurbsSurface,
+    /// The faces of the surface: they end where the points end, unless that says no more than the
+    /// sides of the surface. Each region with points has one.
+    pub shell: Shell,
     /// The trained map.
     pub som: SelfOrganizingMap,
     /// Parameters of each point's projection onto the surface.
@@ -28,13 +32,12 @@ pub struct Reconstruction {
 }
 
 impl Reconstruction {
-    /// The surface as triangles, within the default tolerance of [`TessellateOptions`].
+    /// The faces as triangles, within the default tolerance of [`TessellateOptions`].
     ///
     /// # Errors
     ///
-    /// Those of [`Tessellation::new`](crate::mesh::Tessellation::new);
-    /// [`crate::Error::Interrupted`] if the observer stops it.
+    /// Those of [`Shell::tessellate`].
     pub fn tessellate(&self, observer: &mut dyn Observer) -> Result<TriangleMesh> {
-        self.surface.tessellate(&TessellateOptions::default(), observer)
+        Ok(self.shell.tessellate(&TessellateOptions::default(), observer)?.mesh)
     }
 }

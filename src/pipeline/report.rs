@@ -14,6 +14,7 @@ use crate::diagnostic::Diagnostic;
 use crate::fit::EndedBy;
 use crate::nurbs::NurbsSurface;
 use crate::som::{SelfOrganizingMap, StoppedBy};
+use crate::trim::Trim;
 
 /// The report of a reconstruction. Lengths are in the points' unit.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,6 +63,8 @@ pub struct Report {
     pub outliers: usize,
     /// The training of the map.
     pub training: TrainingReport,
+    /// The trimmed faces; `None` if trimming was not asked for.
+    pub trim: Option<TrimReport>,
     /// Wall time of each stage in seconds; their sum is that of the whole job.
     pub seconds: Vec<(&'static str, f64)>,
 }
@@ -77,6 +80,7 @@ pub(super) struct SurfaceFindings<'a> {
     pub(super) measured: &'a PointDeviations,
     pub(super) candidates: Vec<Candidate>,
     pub(super) diagnostics: Vec<Diagnostic>,
+    pub(super) trim: Option<TrimReport>,
 }
 
 impl Report {
@@ -113,6 +117,7 @@ impl Report {
             duplicates: ranked.cloud.merged.len(),
             outliers: measured.outliers(ranked.cloud).len() + no_data,
             training: TrainingReport::of(som, som.error.unwrap_or(f64::NAN)),
+            trim: found.trim,
             seconds: ranked.times.seconds(),
         }
     }
@@ -121,6 +126,42 @@ impl Report {
     pub(super) fn add_other_time(&mut self, elapsed: Duration) {
         let known: f64 = self.seconds.iter().map(|(_, seconds)| seconds).sum();
         self.seconds.push(("other", (elapsed.as_secs_f64() - known).max(0.0)));
+    }
+}
+
+/// The faces of a surface, beside the points. Areas are in the square of the points' unit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrimReport {
+    /// Area of the faces.
+    pub area: f64,
+    /// Area of the whole surface.
+    pub surface_area: f64,
+    /// Area of each hole, the largest first.
+    pub holes: Vec<f64>,
+    /// Share of the points that lie more than 0.75 spacings outside of the faces. A spacing is the
+    /// side of a square with one point.
+    pub outside: f64,
+    /// Share of the faces' area that is farther than 1.5 spacings from every point; `None` if
+    /// there are too few points for a spacing.
+    pub beyond: Option<f64>,
+    /// The same share of the whole surface.
+    pub beyond_untrimmed: Option<f64>,
+}
+
+impl TrimReport {
+    /// The report of an untrimmed surface.
+    pub(super) fn whole(area: f64, beyond: Option<f64>) -> Self {
+        let (surface_area, beyond_untrimmed) = (area, beyond);
+        Self { area, surface_area, holes: vec![], outside: 0.0, beyond, beyond_untrimmed }
+    }
+
+    /// The report of trimmed faces.
+    pub(super) fn of(found: &Trim, area: f64, surface_area: f64) -> Self {
+        let holes = found.loops.iter().filter(|of| of.is_hole).map(|of| of.area);
+        let mut holes: Vec<f64> = holes.collect();
+        holes.sort_unstable_by(|a, b| b.total_cmp(a));
+        let &Trim { outside, beyond, beyond_untrimmed, .. } = found;
+        Self { area, surface_area, holes, outside, beyond, beyond_untrimmed }
     }
 }
 

@@ -251,6 +251,18 @@ impl FitProblemSettings {
         Self { extrapolation: 0.75, border: 0.5, min_fairness: 1e-9, max_reweightings: 2 };
 }
 
+/// Trimming of the surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct TrimmedSettings {
+    /// Relative error of the areas. Unit: ratio. Source: closed form: below what a report shows.
+    pub(super) accuracy: f64,
+}
+
+impl TrimmedSettings {
+    /// The values that are used.
+    pub(super) const STANDARD: Self = Self { accuracy: 1e-6 };
+}
+
 /// Repair: fairness is raised step by step until a surface neither folds nor overshoots.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct RepairSettings {

@@ -82,6 +82,19 @@ pub(super) fn findings<'py>(
     PyTuple::new(py, found.collect::<PyResult<Vec<_>>>()?)
 }
 
+/// Issues Python warnings, as if the caller of the extension did.
+pub(super) fn warn(py: Python<'_>, diagnostics: &[Diagnostic]) -> PyResult<()> {
+    if diagnostics.is_empty() {
+        return Ok(());
+    }
+    let module = py.import("neurbs.diagnostics")?;
+    let found = module.call_method1("of_core", (findings(py, diagnostics)?,))?;
+    let level = PyDict::new(py);
+    level.set_item("stacklevel", 1)?;
+    module.call_method("warn", (found,), Some(&level))?;
+    Ok(())
+}
+
 fn finding<'py>(py: Python<'py>, found: &Diagnostic) -> PyResult<Finding<'py>> {
     let data = PyDict::new(py);
     match found {
@@ -112,6 +125,10 @@ fn finding<'py>(py: Python<'py>, found: &Diagnostic) -> PyResult<Finding<'py>> {
             data.set_item("value", value)?;
             data.set_item("count", count)?;
         }
+        Diagnostic::Untrimmed { reason } | Diagnostic::TrimDoubtful { reason } => {
+            data.set_item("reason", reason)?;
+        }
+        Diagnostic::Regions { count } => data.set_item("count", count)?,
         Diagnostic::ToleranceMissed { tolerance, missed, points, cause } => {
             data.set_item("tolerance", tolerance)?;
             data.set_item("missed", missed)?;

@@ -3,12 +3,14 @@
 use glam::DVec3;
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyString};
+use pyo3::types::{PyDict, PyString, PyTuple};
 
 use super::arrays::Numbers;
 use super::call::Watcher;
 use super::error_history::Recorder;
+use super::errors::bad_argument;
 use super::kind::{kind_name, named_kind};
+use super::shell::Shell;
 use super::som::Map;
 use super::surface::NurbsSurface;
 use super::{arguments, arrays, call, diagnostics};
@@ -16,12 +18,14 @@ use crate::error::Result;
 use crate::nurbs::OrderedSurface;
 use crate::pipeline::{
     Aspect, PERCENTILES, PaperOptions, ReconstructOptions, Reconstruction, Report, Start,
+    TrimReport, Trimming,
 };
 use crate::progress::Observer;
 
-/// Surface, map, parameters, deviations, inliers, report and error history (stage, step, error).
+/// Surface, shell, map, parameters, deviations, inliers, report and error history (stage, step, error).
 type Found<'py> = (
     NurbsSurface,
+    Shell,
     Map,
     Bound<'py, PyArray2<f64>>,
     Bound<'py, PyArray1<f64>>,
@@ -67,6 +71,7 @@ pub(super) fn reconstruct<'py>(
         rational: truth("rational")?,
         fairness: real("fairness")?,
         border: real("border")?,
+        trim: trimming(&needed("trim")?)?,
         max_control_points: arguments::count("max_control_points", &needed("max_control_points")?)?,
         aspect: arguments::choice("aspect", &Aspect::ALL, Aspect::name, &needed("aspect")?)?,
         seed: arguments::count("seed", &needed("seed")?)?,
@@ -124,7 +129,8 @@ fn run(
     let uv = arrays::moved(py, &[count, 2], result.uv)?;
     let deviations = arrays::moved(py, &[count], result.deviations)?;
     let inliers = PyArray1::from_vec(py, result.inliers);
-    Ok((NurbsSurface::new(py, result.surface)?, som, uv, deviations, inliers, report, history))
+    let surface = NurbsSurface::new(py, result.surface)?;
+    Ok((surface, result.shell.into(), som, uv, deviations, inliers, report, history))
 }
 
 /// The default options of `reconstruct`.
@@ -144,6 +150,7 @@ pub(super) fn default_options(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
         rational,
         fairness,
         border,
+        trim: _,
         max_control_points,
         aspect,
         seed,
@@ -162,6 +169,7 @@ pub(super) fn default_options(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     options.set_item("rational", rational)?;
     options.set_item("fairness", fairness)?;
     options.set_item("border", border)?;
+    options.set_item("trim", Trimming::Auto.name())?;
     options.set_item("max_control_points", max_control_points)?;
     options.set_item("aspect", aspect.name())?;
     options.set_item("seed", seed)?;
@@ -177,6 +185,33 @@ fn nodes_of<'py>(nodes: &Bound<'py, PyAny>) -> PyResult<Numbers<'py>> {
 fn axis_scale(scale: &Bound<'_, PyAny>) -> PyResult<DVec3> {
     let numbers = Numbers::new(scale, "axis_scale", "three positive numbers", &[&[Some(3)]])?;
     Ok(numbers.as_slice::<DVec3>()?[0])
+}
+
+/// Whether faces are trimmed: "auto", "outer", or a truth value.
+fn trimming(value: &Bound<'_, PyAny>) -> PyResult<Trimming> {
+    let named = [Trimming::Auto, Trimming::Outer];
+    if let Ok(name) = value.cast::<PyString>()
+        && let Some(found) = named.into_iter().find(|one| name == one.name())
+    {
+        return Ok(found);
+    }
+    match value.extract::<bool>() {
+        Ok(true) => Ok(Trimming::Yes),
+        Ok(false) => Ok(Trimming::No),
+        Err(_) => Err(bad_argument("trim", "'auto', True, 'outer' or False", value)),
+    }
+}
+
+/// The keyword arguments of `neurbs.TrimReport`.
+fn trim_report<'py>(py: Python<'py>, report: &TrimReport) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    dict.set_item("area", report.area)?;
+    dict.set_item("surface_area", report.surface_area)?;
+    dict.set_item("holes", PyTuple::new(py, &report.holes)?)?;
+    dict.set_item("outside", report.outside)?;
+    dict.set_item("beyond", report.beyond)?;
+    dict.set_item("beyond_untrimmed", report.beyond_untrimmed)?;
+    Ok(dict)
 }
 
 fn report<'py>(py: Python<'py>, report: &Report) -> PyResult<Bound<'py, PyDict>> {
@@ -207,6 +242,8 @@ fn report<'py>(py: Python<'py>, report: &Report) -> PyResult<Bound<'py, PyDict>>
     dict.set_item("duplicates", report.duplicates)?;
     dict.set_item("inliers", report.inliers)?;
     dict.set_item("outliers", report.outliers)?;
+    let trim = report.trim.as_ref().map(|trim| trim_report(py, trim)).transpose()?;
+    dict.set_item("trim", trim)?;
     let training = &report.training;
     dict.set_item("steps", training.steps)?;
     dict.set_item("ordered_at", training.ordered_at)?;

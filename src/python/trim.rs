@@ -1,17 +1,15 @@
 //! The function `neurbs.trim`.
 
-use std::ffi::CString;
 use std::sync::Arc;
 
-use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 
 use super::arguments::{optional_real, truth};
 use super::arrays::Numbers;
-use super::call;
 use super::errors::bad_argument;
 use super::shell::Shell;
 use super::surface::NurbsSurface;
+use super::{call, diagnostics};
 use crate::brep;
 use crate::trim as loops;
 
@@ -42,8 +40,10 @@ use crate::trim as loops;
 ///
 /// Warns
 /// -----
-/// UserWarning
-///     If the loops are doubtful: too few points, clumped points, or very many holes.
+/// UntrimmedWarning
+///     If there are too few points for loops.
+/// TrimDoubtfulWarning
+///     If the loops are doubtful: the points are clumped, or there are very many holes.
 ///
 /// Notes
 /// -----
@@ -83,9 +83,6 @@ pub(super) fn trim(
     let holes = holes.map_or(Ok(true), |value| truth("holes", value))?;
     let options = loops::TrimOptions { holes, border: optional_real("border", border)? };
     let found = call::run(py, None, |watcher| loops::trim(&surface, uv, &options, watcher))?;
-    if let Some(doubt) = found.doubt {
-        let message = CString::new(doubt.to_string()).unwrap_or_default();
-        PyErr::warn(py, &py.get_type::<PyUserWarning>(), &message, 1)?;
-    }
+    diagnostics::warn(py, found.diagnostic().as_slice())?;
     Ok(brep::Shell::new(found.faces, None)?.into())
 }

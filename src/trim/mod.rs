@@ -13,6 +13,7 @@ mod clip;
 mod closed_polygon;
 mod corner_check;
 mod corners;
+mod coverage;
 mod level;
 mod loop_curves;
 mod normal_matrix;

@@ -4,6 +4,7 @@ use std::fmt;
 
 use super::outline::LoopForm;
 use crate::brep::Face;
+use crate::diagnostic::Diagnostic;
 use crate::numeric::Short;
 
 /// The faces of a surface that end where the points end.
@@ -22,11 +23,28 @@ pub struct Trim {
     pub pointless: bool,
     /// The share of places more than three quarters of a spacing outside of the faces.
     pub outside: f64,
+    /// The share of the faces' area that lies farther than 1.5 spacings from every place; `None` if
+    /// there are too few places for a spacing.
+    pub beyond: Option<f64>,
+    /// The same share of the whole surface.
+    pub beyond_untrimmed: Option<f64>,
     /// The tenth, fifth and ninth decile of the local spacing, in the points' unit. A spacing is
     /// the side of a square with one point each, in a random scatter.
     pub spacing: [f64; 3],
     /// How unevenly the points scatter: 1 at random, up to 3.
     pub clumping: f64,
+}
+
+impl Trim {
+    /// The doubt as a diagnostic.
+    pub(crate) fn diagnostic(&self) -> Option<Diagnostic> {
+        let reason = self.doubt?.to_string();
+        Some(if self.loops.is_empty() {
+            Diagnostic::Untrimmed { reason }
+        } else {
+            Diagnostic::TrimDoubtful { reason }
+        })
+    }
 }
 
 /// What became of a border of a region.
@@ -78,22 +96,18 @@ pub enum Doubt {
 impl fmt::Display for Doubt {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::TooFewPlaces { places, needed } => write!(
-                f,
-                "The surface was not trimmed: {needed} distinct places are needed, got {places}."
-            ),
+            Self::TooFewPlaces { places, needed } => {
+                write!(f, "{needed} points at distinct places are needed, got {places}")
+            }
             Self::Clumped { clumping } => write!(
                 f,
-                "The loops are doubtful: the points are clumped (by {}; 1 is random), so gaps and \
-                 holes look alike.",
+                "the points are clumped (by {}; 1 is random), so gaps and holes look alike",
                 Short(*clumping)
             ),
             Self::TooManyHoles { holes, most } => {
-                write!(f, "The loops are doubtful: {holes} holes were found, more than {most}.")
+                write!(f, "{holes} holes were found, more than {most}")
             }
-            Self::NotSimple => {
-                f.write_str("The surface was not trimmed: the border of the points crosses itself.")
-            }
+            Self::NotSimple => f.write_str("the border of the points crosses itself"),
         }
     }
 }

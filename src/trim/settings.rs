@@ -360,6 +360,24 @@ impl OutlineSettings {
     };
 }
 
+/// How much of the surface lies beyond the points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct CoverageSettings {
+    /// Distance from the nearest place from which on the surface is beyond the points. Unit:
+    /// spacings. Source: closed form: a random scatter has a thousandth of its area farther.
+    pub(super) far: f64,
+    /// Samples of the surface. Unit: samples a place. Source: a place's cell has several.
+    pub(super) samples_per_place: f64,
+    /// Largest number of samples along a side of the rectangle. Unit: samples. Source: shares to a
+    /// ten-thousandth.
+    pub(super) max_side: usize,
+}
+
+impl CoverageSettings {
+    /// The values that are used.
+    pub(super) const STANDARD: Self = Self { far: 1.5, samples_per_place: 8.0, max_side: 128 };
+}
+
 /// When trimming is doubtful.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct DoubtSettings {

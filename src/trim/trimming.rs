@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::DVec2;
 
 use super::border::Border;
+use super::coverage::shares_beyond;
 use super::options::TrimOptions;
 use super::outcome::{Doubt, LoopOutcome, Trim};
 use super::outline::{Outline, faces};
@@ -78,6 +79,8 @@ pub fn trim(
             doubt: doubt(&region, &borders),
             pointless: false,
             outside: 0.0,
+            beyond: None,
+            beyond_untrimmed: None,
             spacing: [0.1, 0.5, 0.9].map(|share| quantile(region.spacing.iter().copied(), share)),
             clumping: region.clumping,
         };
@@ -99,6 +102,9 @@ pub fn trim(
             return Ok(untrimmed(whole, Doubt::NotSimple));
         }
         made.outside = outside as f64 / places.len() as f64;
+        check_interrupt()?;
+        let beyond = shares_beyond(&made.faces, surface, &places, &region.spacing)?;
+        (made.beyond, made.beyond_untrimmed) = (Some(beyond.0), Some(beyond.1));
         made.pointless = is_pointless(&made, whole.surface(), &places)?;
         Ok(made)
     })
@@ -113,6 +119,8 @@ fn untrimmed(whole: Face, doubt: Doubt) -> Trim {
         doubt: Some(doubt),
         pointless: true,
         outside: 0.0,
+        beyond: None,
+        beyond_untrimmed: None,
         spacing: [0.0; 3],
         clumping: 1.0,
     }

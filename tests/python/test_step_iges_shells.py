@@ -1,5 +1,6 @@
 """Surfaces and shells in STEP and IGES files, as OpenCASCADE reads them."""
 
+import os
 import re
 from collections.abc import Callable, Iterator
 from itertools import pairwise
@@ -399,3 +400,67 @@ def test_a_common_edge_with_two_parameters_joins_two_trimmed_faces(tmp_path: Pat
             assert read.volume() == pytest.approx(4 / 3 * np.pi, rel=1e-6, abs=0)
             assert read.mesh_counts(1) == (0, 0, 2)
             assert read.edge_tolerance() <= declared(path)
+
+
+def flat_disc(count: int) -> Points:
+    """Return noisy points on a wavy disc of radius 50 with two holes."""
+    rng = np.random.default_rng(3)
+    x, y = rng.uniform(-50, 50, (2, 4 * count))
+    holes = (np.hypot(x - 20, y) < 9) | (np.hypot(x + 18, y - 10) < 12)
+    x, y = (axis[(np.hypot(x, y) < 50) & ~holes][:count] for axis in (x, y))
+    return np.column_stack([x, y, 3 * np.sin(x / 20)]) + rng.normal(0, 0.05, (count, 3))
+
+
+def tube_with_hole(ragged: bool) -> Points:
+    """Return points on a tube with a round hole, and with wavy rims on request."""
+    turn, z = np.random.default_rng(4).uniform((0, 0), (2 * np.pi, 6), (8000, 2)).T
+    kept = np.hypot(np.angle(np.exp(1j * (turn - 2))), z - 3) > 0.7
+    if ragged:
+        kept &= (z > 0.5 + 0.3 * np.sin(3 * turn)) & (z < 5.5 + 0.3 * np.cos(2 * turn))
+    turn, z = turn[kept], z[kept]
+    return np.column_stack([np.cos(turn), np.sin(turn), z])
+
+
+def real(name: str) -> Callable[[], Points]:
+    folder = os.environ.get("NEURBS_DATA")
+    if not folder:
+        return lambda: pytest.skip("NEURBS_DATA names no folder of point clouds")
+    return lambda: neurbs.read_points(Path(folder, "npy", f"{name}.npy"))
+
+
+TRIMMED: dict[str, Callable[[], Points]] = {
+    "disc": lambda: flat_disc(2000),
+    "tube with a hole": lambda: tube_with_hole(ragged=False),
+    "tube with wavy rims": lambda: tube_with_hole(ragged=True),
+    **{
+        name: real(name)
+        for name in (
+            "claudius_h000",
+            "claudius_h060",
+            "claudius_h250",
+            "claudius_h330",
+            "soybean_leaf",
+            "mediapipe_face",
+            "am_wave_sheet",
+        )
+    },
+}
+"""Points whose reconstructions are trimmed, most of them."""
+
+
+@pytest.mark.parametrize("name", TRIMMED)
+def test_reconstructed_faces_are_valid_in_all_files(name: str, tmp_path: Path) -> None:
+    result = neurbs.reconstruct(TRIMMED[name]())
+    faces = result.shell.faces
+    loops = sum(1 + len(face.inner) for face in faces)
+    area = result.shell.area()
+    for suffix in (".step", ".igs", ".3dm", ".json", ".obj"):
+        path = tmp_path / f"a{suffix}"
+        result.shell.save(path) if suffix == ".obj" else result.save(path)
+        if suffix in SUFFIXES:
+            read = Read(path)
+            assert read.counts == (len(faces), loops)
+            assert read.area() == pytest.approx(area, rel=1e-4, abs=0)
+        again = neurbs.load_shell(path)
+        assert sum(1 + len(face.inner) for face in again.faces) == loops
+        assert again.area() == pytest.approx(area, rel=1e-6, abs=0)

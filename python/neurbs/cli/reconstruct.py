@@ -72,6 +72,12 @@ RECONSTRUCT_OPTIONS = (
         "NUMBER",
         default="0.5",
     ),
+    Option(
+        "trim",
+        "Where faces end: at the points (yes), at the points but over holes (outer), at the sides "
+        "of the surface (no), or at the points where that is certain (auto)",
+        choices=("auto", "yes", "outer", "no"),
+    ),
     Option("max_control_points", "Most control points of a net that grows", "N"),
     Option(
         "aspect",

@@ -48,7 +48,7 @@ def save(
     The suffix, in upper or lower case, selects the content and the format:
 
     ``.step`` ``.stp`` ``.igs`` ``.iges`` ``.3dm`` ``.json``
-        A `NurbsSurface`, the surface of a `Reconstruction`, a `Face`, a `Shell`, or a list of
+        A `NurbsSurface`, the faces of a `Reconstruction`, a `Face`, a `Shell`, or a list of
         these, with trims and all digits; closed shells as solids. ``.3dm`` keeps the name and the
         color that all faces of a shell have. The format of ``.json`` is geomdl's for a single
         surface, else that of `load_shell`.
@@ -189,9 +189,6 @@ def _parts(thing: object) -> dict[str, Callable[[], Any]]:
             return _shell(*thing)
     # Not by its class, as the module of `Reconstruction` uses this one.
     parts: dict[str, Callable[[], Any]] = getattr(thing, "_file_parts", dict)()
-    if "surface" in parts:
-        surface = parts["surface"]
-        parts["shell"] = lambda: [Shell(surface())]
     return parts
 
 

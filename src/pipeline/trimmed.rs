@@ -1,0 +1,79 @@
+//! The faces of a surface that end where the points end, and what the report says of them.
+
+use std::sync::Arc;
+
+use glam::DVec2;
+
+use super::options::Trimming;
+use super::report::TrimReport;
+use super::settings::TrimmedSettings;
+use crate::brep::Shell;
+use crate::diagnostic::Diagnostic;
+use crate::error::{Error, Result};
+use crate::nurbs::NurbsSurface;
+use crate::progress::Observer;
+use crate::trim::{Trim, TrimOptions, trim};
+
+const SETTINGS: TrimmedSettings = TrimmedSettings::STANDARD;
+
+/// A surface with its faces.
+pub(super) struct Trimmed {
+    pub(super) shell: Shell,
+    /// `None` if no trimming was asked for.
+    pub(super) report: Option<TrimReport>,
+    pub(super) diagnostics: Vec<Diagnostic>,
+}
+
+impl Trimmed {
+    /// Trims a surface where the points with these parameters end. If that fails, the surface stays
+    /// whole, with a diagnostic.
+    pub(super) fn of(
+        surface: &NurbsSurface,
+        uv: &[DVec2],
+        trimming: Trimming,
+        observer: &mut dyn Observer,
+    ) -> Result<Self> {
+        let surface = Arc::new(surface.clone());
+        let shell = Shell::whole(Arc::clone(&surface))?;
+        if trimming == Trimming::No {
+            return Ok(Self { shell, report: None, diagnostics: vec![] });
+        }
+        let surface_area = shell.area(SETTINGS.accuracy, observer)?;
+        let whole = |beyond: Option<f64>, diagnostics: Vec<Diagnostic>| {
+            let report = Some(TrimReport::whole(surface_area, beyond));
+            Ok(Self { shell, report, diagnostics })
+        };
+        let untrimmed = |reason: String| vec![Diagnostic::Untrimmed { reason }];
+        let options = TrimOptions { holes: trimming != Trimming::Outer, border: None };
+        let found = trim(&surface, uv, &options, observer);
+        let (found, trimmed, area) = match found.and_then(|found| with_shell(found, observer)) {
+            Err(Error::Interrupted) => return Err(Error::Interrupted),
+            Err(error) => return whole(None, untrimmed(error.to_string())),
+            Ok(made) => made,
+        };
+        let auto = trimming == Trimming::Auto;
+        if found.loops.is_empty() {
+            return whole(found.beyond_untrimmed, found.diagnostic().into_iter().collect());
+        }
+        if let Some(doubt) = found.doubt.filter(|_| auto) {
+            let reason = format!("{doubt}. Use `trim=True` to trim it all the same");
+            return whole(found.beyond_untrimmed, untrimmed(reason));
+        }
+        if auto && found.pointless {
+            return whole(found.beyond_untrimmed, vec![]);
+        }
+        let mut diagnostics: Vec<Diagnostic> = found.diagnostic().into_iter().collect();
+        if found.regions > 1 {
+            diagnostics.push(Diagnostic::Regions { count: found.regions });
+        }
+        let report = Some(TrimReport::of(&found, area, surface_area));
+        Ok(Self { shell: trimmed, report, diagnostics })
+    }
+}
+
+/// Joins the faces of a trimmed surface, and measures their area.
+fn with_shell(found: Trim, observer: &mut dyn Observer) -> Result<(Trim, Shell, f64)> {
+    let shell = Shell::new(found.faces.clone(), None)?;
+    let area = shell.area(SETTINGS.accuracy, observer)?;
+    Ok((found, shell, area))
+}
