@@ -150,8 +150,21 @@ def test_advice_names_options(tmp_path: Path, command: Command) -> None:
     done = command(*words)
     assert done.code == 0
     assert "Choose one with --component, or fit each: --component each." in done.err
+    assert "Use --trim no to keep the surface whole." in done.err
     with pytest.warns(neurbs.ComponentsWarning, match="Choose one with `component`, or fit each"):
         neurbs.reconstruct(points, grid=(6, 5))
     (tmp_path / "holes.xyz").write_text("1 2 3\n4 5 nan\n")
     done = command("info", tmp_path / "holes.xyz")
     assert done.err.endswith("leave it out with --nan drop\n")
+
+
+@pytest.mark.parametrize(("word", "loops"), [("auto", 2), ("yes", 2), ("outer", 1), ("no", 1)])
+def test_faces_end_where_asked(word: str, loops: int, tmp_path: Path, command: Command) -> None:
+    points = np.random.default_rng(0).uniform(-1, 1, (3000, 2))
+    away = np.linalg.norm(points, axis=1)
+    np.savetxt(tmp_path / "ring.xyz", np.pad(points, ((0, 0), (0, 1)))[(away < 1) & (away > 0.3)])
+    done = command("reconstruct", tmp_path / "ring.xyz", "-o", tmp_path / "a.step", "--trim", word)
+    assert done.code == 0, done.err
+    (face,) = neurbs.load_shell(tmp_path / "a.step").faces
+    assert 1 + len(face.inner) == loops
+    assert face.is_trimmed == (word != "no")

@@ -59,10 +59,11 @@ def with_options(context: typer.Context, message: str) -> str:
         if option is None:
             return match[0]
         value = (match["value"] or "").strip("\"'")
-        if value == "False":
-            return option.secondary_opts[0]
         word = option.opts[0]
-        return word if value in ("", "True") else f"{word} {value}"
+        if option.secondary_opts:
+            return option.secondary_opts[0] if value == "False" else word
+        value = {"True": "yes", "False": "no"}.get(value, value)
+        return f"{word} {value}".rstrip()
 
     return re.sub(r"`(?P<name>\w+)(?:=(?P<value>[^`]+))?`", replaced, message)
 
