@@ -33,7 +33,7 @@ def flow(path: Path) -> None:
         ("3 propose", "each chart gives the\npoints parameters"),
         ("4 coarse fit", "a small net for each\nhypothesis, held-out error"),
         ("5 select", "one score,\nthe lowest wins"),
-        ("6 refine", "all points: boundary,\ngrowth, outliers, tolerance"),
+        ("6 refine", "all points: sides,\ngrowth, outliers, tolerance"),
         ("7 validate, repair", "defects? more fairness,\nelse the next in rank"),
         ("8 measure", "project all points,\ndiagnostics, report"),
     ]
@@ -178,7 +178,7 @@ def select(path: Path) -> None:
 
 
 def refine(path: Path) -> None:
-    """Draw growth, the boundary of a round outline, and outliers."""
+    """Draw growth, the sides of a round outline, and outliers."""
     rng = np.random.default_rng(0)
     figure, panels = row(4, (10.5, 3.1))
     x, y = rng.random((2, 4000))
@@ -198,7 +198,7 @@ def refine(path: Path) -> None:
     surface = neurbs.reconstruct(cap, kind="sheet").surface
     panels[2].scatter(x, y, s=2, color=GRAY)
     draw_knot_lines(panels[2], surface)
-    panels[2].set_title("boundary of a round outline", size=10)
+    panels[2].set_title("a round outline has four sides", size=10)
     x, y = rng.random((2, 3000))
     z = 0.2 * np.sin(6 * x) + rng.normal(0, 0.01, len(x))
     z[::25] += rng.uniform(-0.15, 0.15, len(z[::25]))

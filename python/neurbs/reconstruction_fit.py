@@ -151,9 +151,8 @@ def reconstruct(
         sums squared third derivatives, or second ones where points are few. By default the weight
         is chosen by generalized cross-validation.
     border : float, optional
-        Extension of an open surface beyond the points, in mean spacings of the points, by default
-        0.5. It is smaller where the border of the points is certain, and larger where it is
-        uncertain or the points are sparse. A height field ends with the points.
+        Extension of the whole surface beyond the points at open sides, in mean spacings of the
+        points, by default 0.5. A height field ends with the points.
     trim : {"auto", True, "outer", False}, default "auto"
         Whether faces end where the points end, and leave holes open; see `neurbs.trim`. With
         ``"auto"`` the face is the whole surface where loops are doubtful, or say no more than the

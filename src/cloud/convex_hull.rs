@@ -54,6 +54,12 @@ pub(crate) fn convex_hull(places: &[DVec2]) -> Vec<DVec2> {
     corners
 }
 
+/// Whether a convex polygon with counterclockwise corners contains a place.
+pub(crate) fn is_in_hull(hull: &[DVec2], place: DVec2) -> bool {
+    let after = |i: usize| hull[(i + 1) % hull.len()];
+    (0..hull.len()).all(|i| (after(i) - hull[i]).perp_dot(place - hull[i]) >= 0.0)
+}
+
 #[cfg(test)]
 mod tests {
     use std::f64::consts::PI;

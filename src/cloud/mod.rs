@@ -25,7 +25,9 @@ pub use self::checks::{check, check_finite};
 pub(crate) use self::checks::{checked_bounds, checked_extent, finite_bounds};
 pub use self::clean::{Cleaning, Fate, clean};
 pub use self::components::{Components, components};
-pub(crate) use self::convex_hull::{convex_hull, in_axes, min_area_rectangle, polygon_area};
+pub(crate) use self::convex_hull::{
+    convex_hull, in_axes, is_in_hull, min_area_rectangle, polygon_area,
+};
 pub use self::frame::{Frame, LocalObserver};
 pub use self::kd_tree::{KdTree, Neighbor};
 pub use self::neighbor_graph::{Edge, NeighborGraph};

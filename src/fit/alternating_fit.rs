@@ -9,20 +9,20 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::band_matrix::BandMatrix;
-use super::boundary::{BoundaryConstraint, ClosedBoundary, Depth, bounded_by_curves};
 use super::fairness_choice;
 use super::fairness_energy::{Energy, ORDER};
 use super::fit_result::{Approximation, EndedBy};
 use super::isocurve_length::isocurve_lengths;
 use super::normal_equations::{NormalEquations, Sample};
 use super::options::ApproximateOptions;
-use super::patches::Patches;
 use super::projection::{Projection, projections};
 use super::settings::{
     AlternatingFitSettings, FairnessSettings, LeastSquaresSettings, ProjectionSettings,
+    SideSettings,
 };
 use super::sizes::POINTS_PER_TASK;
 use super::spline_space::SplineSpace;
+use super::straight_sides::{bounded, with_margins};
 use crate::error::{Error, Result};
 use crate::nurbs::NurbsSurface;
 use crate::progress::{self, Observer, Progress, Stage};
@@ -31,6 +31,7 @@ const FAIRNESS: FairnessSettings = FairnessSettings::STANDARD;
 const SETTINGS: AlternatingFitSettings = AlternatingFitSettings::STANDARD;
 const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 const PROJECTION: ProjectionSettings = ProjectionSettings::STANDARD;
+const SIDES: SideSettings = SideSettings::STANDARD;
 
 /// The state of an alternating fit.
 pub(super) struct AlternatingFit<'a> {
@@ -56,7 +57,6 @@ pub(super) struct AlternatingFit<'a> {
     /// Rms distance when it was last computed.
     error: Option<f64>,
     pub(super) observer: &'a mut dyn Observer,
-    pub(super) boundary: Option<BoundaryConstraint>,
     /// The matrix of an earlier solution, whose memory is reused.
     spare: Option<BandMatrix>,
 }
@@ -84,7 +84,6 @@ impl<'a> AlternatingFit<'a> {
             total: 2 * options.iterations,
             error: None,
             observer,
-            boundary: None,
             spare: None,
         }
     }
@@ -177,12 +176,6 @@ impl<'a> AlternatingFit<'a> {
         space.matrix_instead(3, self.spare.take())
     }
 
-    /// Samples of the boundary constraint, weighted for this number of points.
-    fn boundary(&self, points: usize) -> impl Iterator<Item = Sample> {
-        let fairness = self.fairness_weight.max(self.target_fairness());
-        self.boundary.iter().flat_map(move |boundary| boundary.samples_for(points, fairness))
-    }
-
     /// Minimizes the distances in a spline space, in turn with projection, until the error stops
     /// decreasing.
     pub(super) fn minimize(
@@ -212,10 +205,7 @@ impl<'a> AlternatingFit<'a> {
                 break;
             }
             error = found;
-            let mut with_boundary = self.samples(Some(&projections));
-            let points = with_boundary.len();
-            with_boundary.extend(self.boundary(points));
-            let samples = &with_boundary[..points];
+            let samples = &self.samples(Some(&projections));
             // Cross-validation again, once the net has its shape, and once the parameters have
             // followed.
             let again = iteration == 2 && self.target_fairness() > FAIRNESS.noisy_weight
@@ -226,12 +216,9 @@ impl<'a> AlternatingFit<'a> {
             let (score, equations) = rayon::join(
                 || select_fairness.then(|| fairness_choice::best(space, samples, current, known)),
                 || {
-                    NormalEquations::of_tangent_distances(
-                        space,
-                        &with_boundary,
-                        zero_matrix,
-                        &mut || Ok(()),
-                    )
+                    NormalEquations::of_tangent_distances(space, samples, zero_matrix, &mut || {
+                        Ok(())
+                    })
                 },
             );
             if let Some(score) = score {
@@ -247,40 +234,31 @@ impl<'a> AlternatingFit<'a> {
         Ok(surface)
     }
 
-    /// Bends the domain at open sides to the boundary of the points, plus `border` of their mean
-    /// spacings. Returns the surface on it, and how deep the boundary curves lie.
-    pub(super) fn fit_boundary(
+    /// Maps the parameters of the projections to the unit square, up to a margin of `border` mean
+    /// spacings at open sides, and fits the surface again.
+    pub(super) fn fit_on_square(
         &mut self,
-        surface: NurbsSurface,
+        surface: &NurbsSurface,
         border: f64,
-    ) -> Result<(NurbsSurface, Depth)> {
-        if self.closed == [true, true] {
-            return Ok((surface, Depth::Free));
-        }
+    ) -> Result<NurbsSurface> {
         let knots = [surface.knots_u().clone(), surface.knots_v().clone()];
         let space = SplineSpace::new(knots, self.closed)?;
-        let (length_u, length_v) = isocurve_lengths(&surface);
-        let spacing = (length_u * length_v / self.points.len() as f64).sqrt();
-        let projections = self.correct_parameters(&surface, PROJECTION.steps);
-        let size = DVec2::new(length_u, length_v);
-        let noise = self.rms(&projections);
-        let closed_boundary = if self.closed == [false, false] {
-            ClosedBoundary::around(&self.uv, &surface, size, noise, border)?
-        } else {
-            None
+        let lengths = isocurve_lengths(surface);
+        let spacing = (lengths.0 * lengths.1 / self.points.len() as f64).sqrt();
+        self.correct_parameters(surface, PROJECTION.steps);
+        self.uv = bounded(&self.uv, self.closed.into());
+        let (size, shape) = ([lengths.0, lengths.1], [space.shape()[0], space.shape()[1]]);
+        let margin = |d: usize| {
+            // Surfaces that extend beyond half a spacing of the control points deviate.
+            let most = SIDES.max_margin / (shape[d] - 1) as f64;
+            (!self.closed[d]).then(|| (border * spacing / size[d]).min(most))
         };
-        self.boundary = closed_boundary.as_ref().map(|closed_boundary| {
-            BoundaryConstraint::through(&Patches::of(&surface), closed_boundary.boundary_pairs())
-        });
-        let depth;
-        (self.uv, depth) = match closed_boundary {
-            Some(closed_boundary) => (closed_boundary.mapped_to_square(&self.uv), Depth::Free),
-            None => bounded_by_curves(&self.uv, &space, noise / size, border, spacing / size)?,
-        };
-        let energy = self.energy(&space, (length_u, length_v)).matrix(&space);
+        let margins = [margin(0), margin(1)];
+        with_margins(&mut self.uv, margins);
+        let energy = self.energy(&space, lengths).matrix(&space);
         let samples = self.samples(None);
         self.fairness_weight = self.target_fairness();
-        Ok((self.solve_distances(&space, &samples, &energy, self.fairness_weight)?, depth))
+        self.solve_distances(&space, &samples, &energy, self.fairness_weight)
     }
 
     /// The approximation by a surface.

@@ -10,7 +10,6 @@ use glam::{DVec2, DVec3};
 
 use super::adaptive_refinement::{Accept, RefinementResult};
 use super::alternating_fit::AlternatingFit;
-use super::boundary::{BoundaryConstraint, Depth};
 use super::fit_result::Approximation;
 use super::options::{ApproximateOptions, Growth, uniform};
 use super::settings::{AlternatingFitSettings, FairnessSettings};
@@ -86,14 +85,8 @@ fn approximated(
     }
     fitting.limit = options.iterations.div_ceil(2);
     if fitting.use_all_points(&surface) || options.closed != (true, true) {
-        for round in 1..=SETTINGS.max_boundary_rounds {
-            let (bounded, depth) = fitting.fit_boundary(surface, options.border)?;
-            surface = fitting.minimize(whole, bounded)?;
-            // A curve that follows a notch needs no more than two rounds.
-            if depth == Depth::Free || depth == Depth::Notch && round == 2 {
-                break;
-            }
-        }
+        surface = fitting.fit_on_square(&surface, options.border)?;
+        surface = fitting.minimize(whole, surface)?;
     }
     fitting.limit = options.iterations;
     Ok(fitting.refined_fit(surface, options.growth, &|_, _| Ok(true))?.finest)
@@ -129,7 +122,6 @@ pub(crate) fn continued(
     let options = ApproximateOptions { closed, fairness, ..ApproximateOptions::default() };
     let mut fitting = AlternatingFit::new(points, uv, weights, &options, observer);
     fitting.fairness_weight = first;
-    fitting.boundary = (closed == (false, false)).then(|| BoundaryConstraint::of(surface));
     let knots = [surface.knots_u().clone(), surface.knots_v().clone()];
     let space = SplineSpace::new(knots, closed.into())?;
     let surface = fitting.minimize(&space, surface.clone())?;

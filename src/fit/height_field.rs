@@ -5,7 +5,6 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::base_domain::{BaseDomain, BasePlane};
-use super::boundary::min_max;
 use super::dense_matrix::DenseMatrix;
 use super::fairness_energy::ORDER;
 use super::fit_result::HeightFit;
@@ -15,6 +14,7 @@ use super::patches::Patches;
 use super::plane_trend::PlaneTrend;
 use super::settings::{HeightSettings, LeastSquaresSettings};
 use crate::error::{Error, Result};
+use crate::numeric::min_max;
 use crate::nurbs::NurbsSurface;
 use crate::progress::InterruptCheck;
 

@@ -148,10 +148,10 @@ pub(crate) fn grow_heights(
 mod tests {
     use glam::DVec2;
 
-    use super::super::boundary::min_max;
     use super::super::height_field::heights;
     use super::super::plane_trend::PlaneTrend;
     use super::*;
+    use crate::numeric::min_max;
     use crate::progress::Silent;
 
     fn unit(i: u32) -> (f64, f64) {

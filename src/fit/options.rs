@@ -74,7 +74,7 @@ pub struct ApproximateOptions {
     /// likelihood its anisotropy.
     pub fairness: Option<f64>,
     /// Mean distance of the surface's border from the outermost points at open sides, in mean
-    /// spacings of the points. It is less where the boundary is certain and more where it is not.
+    /// spacings of the points.
     pub border: f64,
     /// Solutions with each net, at most.
     pub iterations: usize,

@@ -3,8 +3,8 @@
 
 use glam::DVec2;
 
-use super::boundary::min_max;
 use super::settings::RefinementSettings;
+use crate::numeric::min_max;
 
 const SETTINGS: RefinementSettings = RefinementSettings::STANDARD;
 
@@ -38,12 +38,16 @@ fn correlation(uv: &[DVec2], distances: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::boundary::even;
     use super::*;
 
     #[test]
     fn noise_is_uncorrelated_and_waves_are_correlated() {
-        let uv: Vec<DVec2> = even().map(DVec2::from).collect();
+        // Evenly over the unit square.
+        let spread = |i: usize| {
+            let at = |share: f64| (0.5 + share * i as f64).fract();
+            DVec2::new(at(0.754_877_666_246_693), at(0.569_840_290_998_053))
+        };
+        let uv: Vec<DVec2> = (0..3000).map(spread).collect();
         let noise: Vec<f64> = (0..uv.len()).map(|i| (1.7 * (i * i % 9973) as f64).sin()).collect();
         assert!(correlation(&uv, &noise).abs() < 0.06, "{}", correlation(&uv, &noise));
         let wave: Vec<f64> =

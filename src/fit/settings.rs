@@ -59,9 +59,6 @@ pub(super) struct AlternatingFitSettings {
     /// Control points of the coarsest net, at most, unless the first net has more. Unit: points.
     /// Source: calibrated on the scoreboard.
     pub(super) max_coarse_control_points: usize,
-    /// Rounds in which the domain is fitted to the boundary of the points, at most. Unit: rounds.
-    /// Source: calibrated on the scoreboard.
-    pub(super) max_boundary_rounds: usize,
     /// Samples in each direction by which isocurve lengths are measured. Unit: points. Source:
     /// cost: more change the lengths little.
     pub(super) length_samples: usize,
@@ -75,7 +72,6 @@ impl AlternatingFitSettings {
         min_extended_decrease: 0.5,
         extension: 4,
         max_coarse_control_points: 300,
-        max_boundary_rounds: 3,
         length_samples: 24,
     };
 }
@@ -389,4 +385,24 @@ impl RationalSettings {
         min_step_decrease: 0.01,
         min_decrease: 0.05,
     };
+}
+
+/// Straight sides of the domain.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct SideSettings {
+    /// Width of the domain at either end between straight sides, at least. Unit: mean widths.
+    /// Source: calibrated on the scoreboard.
+    pub(super) min_width: f64,
+    /// Strips by which the points next to a straight side are found. Unit: strips. Source: cost:
+    /// more change nothing visible.
+    pub(super) hull_strips: usize,
+    /// Margin of the surface beyond the points, at most. Unit: spacings of the control points.
+    /// Source: calibrated on the scoreboard.
+    pub(super) max_margin: f64,
+}
+
+impl SideSettings {
+    /// The values that are used.
+    pub(super) const STANDARD: Self =
+        Self { min_width: 0.6, hull_strips: 1 << 12, max_margin: 0.5 };
 }

@@ -55,7 +55,7 @@ mod work_blocks;
 
 pub(crate) use self::adaptive_quadrature::{Estimates, NODE_COUNTS, Region, integral};
 pub(crate) use self::basis::{
-    Basis, BasisDerivatives, MAX_COMPILED_ORDER, MAX_ORDER, Row, padded, values_at, window,
+    BasisDerivatives, MAX_COMPILED_ORDER, MAX_ORDER, Row, padded, values_at, window,
 };
 pub(crate) use self::bending::{Bending, in_space};
 pub(crate) use self::bezier_curve::BezierCurve;

@@ -47,8 +47,8 @@ pub struct ReconstructOptions<'a> {
     /// The energy sums squared third derivatives, or second ones where points are few. `None`: by
     /// cross-validation.
     pub fairness: Option<f64>,
-    /// Approximate distance to which the surface extends beyond the points at open borders, in mean
-    /// spacings. It is smaller where the border is certain. `None`: the default.
+    /// Distance to which the whole surface extends beyond the points at open sides, in mean
+    /// spacings. `None`: the default.
     pub border: Option<f64>,
     /// Whether faces end where the points end.
     pub trim: Trimming,

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::cell_grid::CellGrid;
 use super::error_terms::Comparison;
 use super::settings::{DefectSettings, TermSettings};
-use crate::cloud::{Neighbor, Plane};
+use crate::cloud::{Neighbor, Plane, convex_hull, is_in_hull};
 use crate::diagnostic::Diagnostic;
 use crate::error::Result;
 use crate::numeric::{median, rms};
@@ -50,7 +50,7 @@ pub fn defects(
 }
 
 /// Largest distance of a surface outside the cylinder around the box along the points' principal
-/// axes.
+/// axes, where its parameters are between those of the points: what lies beyond is trimmed.
 ///
 /// The box itself would cut the corners of a sheet that is rotated against it.
 fn overshoot(compared: &Comparison<'_>, grid: &CellGrid) -> f64 {
@@ -65,7 +65,9 @@ fn overshoot(compared: &Comparison<'_>, grid: &CellGrid) -> f64 {
         let around = apart.truncate().length() - half.truncate().length();
         around.max(0.0).hypot((apart.z.abs() - half.z).max(0.0))
     };
-    grid.places.iter().map(outside).fold(0.0, f64::max)
+    let hull = convex_hull(compared.uv);
+    let cells = grid.places.iter().zip(&grid.uv).filter(|(_, uv)| is_in_hull(&hull, **uv));
+    cells.map(|(place, _)| outside(place)).fold(0.0, f64::max)
 }
 
 /// Share of neighboring cells whose normals turn over against the local planes of the points.

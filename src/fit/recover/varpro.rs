@@ -8,13 +8,13 @@
 
 use glam::{DVec2, DVec3};
 
-use super::super::boundary::min_max;
 use super::super::normal_equations::{NormalEquations, Sample};
 use super::super::projection::{Projection, extended_projections};
 use super::super::settings::LeastSquaresSettings;
 use super::super::spline_space::SplineSpace;
 use super::settings::RecoverySettings;
 use crate::error::{Error, Result};
+use crate::numeric::min_max;
 use crate::nurbs::NurbsSurface;
 
 const SETTINGS: RecoverySettings = RecoverySettings::STANDARD;

@@ -3,15 +3,15 @@
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::super::sizes::POINTS_PER_TASK;
-use super::settings::BoundarySettings;
-use super::strips::{lowest_in_strips, min_max};
+use super::settings::SideSettings;
+use super::sizes::POINTS_PER_TASK;
+use crate::numeric::min_max;
 
-const SETTINGS: BoundarySettings = BoundarySettings::STANDARD;
+const SETTINGS: SideSettings = SideSettings::STANDARD;
 
 /// Maps parameters to the unit square. In each open direction, two straight lines that enclose all
-/// parameters with the least area between become sides of the square. Closed directions stay as
-/// they are.
+/// parameters with the least area between become sides of the square, level ones across a closed
+/// direction. Closed directions stay as they are.
 ///
 /// ```
 /// use neurbs::{DVec2, fit::bounded};
@@ -24,29 +24,39 @@ pub fn bounded(uv: &[DVec2], closed: (bool, bool)) -> Vec<DVec2> {
     let mut uv = uv.to_vec();
     // The sides of one direction depend on those of the other.
     for _ in 0..2 {
-        for (d, closed) in [closed.0, closed.1].into_iter().enumerate() {
+        for (d, closed, across) in [(0, closed.0, closed.1), (1, closed.1, closed.0)] {
             if !closed {
-                bound_direction(&mut uv, d);
+                bound_direction(&mut uv, d, across);
             }
         }
     }
     uv
 }
 
+/// Maps parameters in the unit square to a smaller one: each open direction gets a margin at both
+/// ends.
+pub(super) fn with_margins(uv: &mut [DVec2], margins: [Option<f64>; 2]) {
+    for (d, margin) in margins.into_iter().enumerate() {
+        let Some(margin) = margin else { continue };
+        change_each(uv, |uv| uv[d] = (uv[d] + margin) / (1.0 + 2.0 * margin));
+    }
+}
+
 /// Applies a change to each parameter.
-pub(super) fn change_each(uv: &mut [DVec2], change: impl Fn(&mut DVec2) + Sync + Send) {
+fn change_each(uv: &mut [DVec2], change: impl Fn(&mut DVec2) + Sync + Send) {
     uv.par_iter_mut().with_min_len(POINTS_PER_TASK).for_each(change);
 }
 
-/// Maps direction d to [0, 1].
-fn bound_direction(uv: &mut [DVec2], d: usize) {
+/// Maps direction d to [0, 1]. Lines across a closed direction are level: they end where they begin.
+fn bound_direction(uv: &mut [DVec2], d: usize, closed_across: bool) {
     let across = |uv: &DVec2| uv[1 - d];
     let low = StraightLine::below(uv.iter().map(|uv| (across(uv), uv[d])));
     let high = StraightLine::below(uv.iter().map(|uv| (across(uv), -uv[d]))).negated();
     let (start, end) = min_max(uv.iter().map(across));
     let width = |at: f64| high.at(at) - low.at(at);
     let mean = width(0.5 * (start + end));
-    let (low, high) = if width(start).min(width(end)) >= SETTINGS.min_width * mean {
+    let slopes = !closed_across && width(start).min(width(end)) >= SETTINGS.min_width * mean;
+    let (low, high) = if slopes {
         (low, high)
     } else {
         let (least, most) = min_max(uv.iter().map(|uv| uv[d]));
@@ -105,6 +115,24 @@ impl StraightLine {
             _ => Self::level(chain.iter().map(|place| place.1).fold(f64::INFINITY, f64::min)),
         }
     }
+}
+
+/// The lowest point (x, y) in each strip of x; one more strip contains the largest x.
+fn lowest_in_strips(
+    places: impl Iterator<Item = (f64, f64)> + Clone,
+    strips: usize,
+) -> Vec<Option<(f64, f64)>> {
+    let (start, end) = min_max(places.clone().map(|place| place.0));
+    let scale = strips as f64 / (end - start).max(f64::MIN_POSITIVE);
+    let mut found: Vec<Option<(f64, f64)>> = vec![None; strips + 1];
+    for place in places {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
+        let strip = &mut found[(((place.0 - start) * scale) as usize).min(strips)];
+        if strip.is_none_or(|lowest| place.1 < lowest.1) {
+            *strip = Some(place);
+        }
+    }
+    found
 }
 
 #[cfg(test)]
