@@ -77,11 +77,13 @@ class Reconstruction:
         """
         return self.surface.tessellate()
 
-    def save(self, path: str | os.PathLike[str], **options: Any) -> None:
+    def save(
+        self, path: str | os.PathLike[str], *, unit: str | None = None, pcurves: bool = True
+    ) -> None:
         """Write surface, mesh, picture or report to a file, by its suffix: see `neurbs.save`."""
         from neurbs import io
 
-        io.save(self, path, **options)
+        io.save(self, path, unit=unit, pcurves=pcurves)
 
     def _file_parts(self) -> dict[str, Callable[[], Any]]:
         """Return the parts that files can store, in order of preference, for `neurbs.save`."""

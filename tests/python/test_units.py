@@ -2,7 +2,6 @@
 
 import dataclasses
 import re
-import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -376,14 +375,17 @@ def test_reconstruct_converts_points_of_another_unit(
 
 
 def test_metres_of_the_tutorial_stay_metres(tmp_path: Path, command: Command) -> None:
-    points = tmp_path / "jacksboro.xyz"
-    shutil.copy(JACKSBORO, points)
-    size = 1000 * np.ptp(neurbs.read_points(points), axis=0)
-    surface = tmp_path / "terrain.json"
+    cloud = neurbs.read_point_cloud(JACKSBORO)
+    assert cloud.unit == "m"
+    neurbs.reconstruct(cloud, grid=(9, 9)).save(tmp_path / "python.step")
+    # Without the header the unit is given.
+    points, surface = tmp_path / "points.xyz", tmp_path / "terrain.json"
+    np.savetxt(points, cloud.points)
     words = ["-o", surface, "-o", tmp_path / "terrain.step", "--unit", "m", "--grid", "9", "-q"]
     assert command("reconstruct", points, *words).code == 0
     assert command("convert", surface, tmp_path / "terrain.igs", "-q").code == 0
-    for name in ("terrain.step", "terrain.igs"):
+    for name in ("python.step", "terrain.step", "terrain.igs"):
+        size = 1000 * np.ptp(cloud.points, axis=0)
         np.testing.assert_allclose(millimeters(tmp_path / name)[:2], size[:2], rtol=1e-2)
         assert neurbs.load_shell(tmp_path / name).unit == "m"
 
@@ -403,3 +405,13 @@ def test_files_of_different_units_are_compared(
     assert in_mm["deviation"]["max"] == pytest.approx(25.4 * distances.max(), rel=1e-6)
     picture = tmp_path / "a.png"
     assert command("view", part, "--points", points, "-o", picture).code == 0
+
+
+def test_a_file_without_a_unit_has_that_of_the_other(tmp_path: Path, command: Command) -> None:
+    points = np.random.default_rng(0).random((50, 3))
+    known, plain = tmp_path / "a.ply", tmp_path / "b.xyz"
+    neurbs.save(PointCloud(points, unit="m, z: US survey foot"), known)
+    np.savetxt(plain, points, fmt="%.17g")
+    for files in ((known, plain), (plain, known)):
+        done = command("compare", *files, "--json").json()
+        assert (done["unit"], done["deviation"]["max"]) == ("m, z: US survey foot", 0)

@@ -95,28 +95,20 @@ def compare(
     quiet: Quiet = False,
 ) -> int:
     """Print the distances of a file from another and return the exit code."""
-    if tolerance is not None and not 0 < tolerance < math.inf:
-        _refuse(context, "tolerance", "a number that is positive and finite", tolerance)
-    if not 0 <= share <= 1:
-        _refuse(context, "share", "a number from 0 to 1", share)
-    check_unit(unit)
     paths = [reference, measured]
-    check_outputs(context, output or [], paths)
-    for path in paths:
-        if not has_faces(path):
-            check_points(context, path)
+    _check(context, paths, output or [], tolerance, share)
+    check_unit(unit)
     a, b = _in_one_unit(*(load(path, columns, nan, unit) for path in paths))
     if isinstance(a, PointCloud) and isinstance(b, Shell):
         # A point lies on a surface or not, but a cloud has gaps.
-        a, b, reference, measured = b, a, measured, reference
-    cloud = b if isinstance(b, PointCloud) else PointCloud(sampled(b), unit=b.unit)
-    deviation = Deviation.of(a, cloud)
+        a, b, paths = b, a, paths[::-1]
+    cloud, deviation = _deviation(a, b)
     for path in output or []:
         distances = PointCloud(cloud.points, distances=deviation.distances, unit=cloud.unit)
         neurbs.save(distances, path)
     measures = _measures(deviation, signed=isinstance(a, Shell))
     if type(a) is type(b):
-        back = Deviation.of(b, a if isinstance(a, PointCloud) else sampled(a))
+        back = _deviation(b, a)[1]
         measures["back"] = {"points": len(back.signed), "rms": back.rms, "max": back.max}
     passed = True
     if tolerance is not None:
@@ -124,9 +116,9 @@ def compare(
         passed = within >= share
         measures |= {"tolerance": tolerance, "within": within, "passed": passed}
     document = {
-        "reference": str(reference),
-        "input": str(measured),
-        "unit": cloud.unit,
+        "reference": str(paths[0]),
+        "input": str(paths[1]),
+        "unit": cloud.unit or a.unit,
         "deviation": measures,
         "files": [str(path) for path in output or []],
     }
@@ -137,10 +129,35 @@ def compare(
     return 0 if passed else OUTSIDE
 
 
+def _deviation(reference: Thing, measured: Thing) -> tuple[PointCloud, Deviation]:
+    """Return points, or points that stand for a shell, and their distances from a reference."""
+    cloud = measured
+    if isinstance(cloud, Shell):
+        cloud = PointCloud(sampled(cloud), unit=cloud.unit)
+    return cloud, Deviation.of(reference, cloud)
+
+
+def _check(
+    context: typer.Context,
+    paths: list[Path],
+    output: list[Path],
+    tolerance: float | None,
+    share: float,
+) -> None:
+    if tolerance is not None and not 0 < tolerance < math.inf:
+        _refuse(context, "tolerance", "a number that is positive and finite", tolerance)
+    if not 0 <= share <= 1:
+        _refuse(context, "share", "a number from 0 to 1", share)
+    check_outputs(context, output, paths)
+    for path in paths:
+        if not has_faces(path):
+            check_points(context, path)
+
+
 def _in_one_unit(a: Thing, b: Thing) -> tuple[Thing, Thing]:
-    """Return two things in the unit of the second, or of the first if that has none."""
-    unit = file_unit(b.unit) or file_unit(a.unit)
-    if unit is None or a.unit == b.unit:
+    """Return two things in the unit of the second; one without a unit has that of the other."""
+    unit = file_unit(b.unit)
+    if unit is None or a.unit in (None, b.unit):
         return a, b
     return in_unit(a, unit), in_unit(b, unit)
 

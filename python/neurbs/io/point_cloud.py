@@ -118,6 +118,8 @@ class PointCloud:
         """
         check_unit(unit)
         factors = conversion(self.unit, unit)
+        if np.all(factors == 1):
+            return replace(self, unit=unit)
         if self.distances is not None and np.ptp(factors):
             raise NeurbsError(
                 f"points with distances must have one unit for x, y and z, got {self.unit!r}"
