@@ -227,6 +227,16 @@ def test_legends_have_the_unit_of_the_points(
         in_inches.save(page, unit="mm")
 
 
+def test_any_text_can_be_a_unit(in_inches: neurbs.Reconstruction, tmp_path: Path) -> None:
+    name = "$\\frac$ </script>\nelement"
+    odd = dataclasses.replace(in_inches, unit=name)
+    odd.plot(color="deviation").savefig(tmp_path / "a.png")
+    neurbs.save(PointCloud(odd.points, unit=name), tmp_path / "a.ply")
+    read = neurbs.read_point_cloud(tmp_path / "a.ply")
+    np.testing.assert_array_equal(read.points, odd.points)
+    assert read.unit == "$\\frac$ </script> element"
+
+
 # Writing
 
 
