@@ -173,8 +173,8 @@ impl Shell {
     /// use neurbs::{DVec3, Face, LengthUnit, NurbsSurface, Shell};
     /// let sphere = Face::whole(NurbsSurface::sphere(DVec3::ZERO, 1.0)?)?;
     /// let inches = Shell::new(vec![sphere], None)?.to_unit(LengthUnit::Inch)?;
-    /// let (_, high) = inches.to_unit(LengthUnit::Millimeter)?.bounding_box();
-    /// assert!((high.x - 25.4).abs() < 1e-12);
+    /// let millimeters = inches.to_unit(LengthUnit::Millimeter)?;
+    /// assert_eq!(millimeters.vertices()[0], DVec3::new(0.0, 0.0, -25.4));
     /// # Ok::<(), neurbs::Error>(())
     /// ```
     ///
