@@ -52,6 +52,8 @@ class Reconstruction:
     history : list of (str, int, float)
         Stage, step and error in the points' unit, for each epoch of the training and each later
         step.
+    unit : str, optional
+        The unit of the points, if they are a `PointCloud` that has one.
     """
 
     points: NDArray[np.float64] = dataclasses.field(repr=False)
@@ -64,6 +66,7 @@ class Reconstruction:
     report: Report = dataclasses.field(repr=False)
     settings: dict[str, Any] = dataclasses.field(default_factory=dict, repr=False)
     history: list[tuple[str, int, float]] = dataclasses.field(default_factory=list, repr=False)
+    unit: str | None = None
 
     if not TYPE_CHECKING:  # Type checkers must report missing attributes.
 
@@ -89,11 +92,13 @@ class Reconstruction:
         """
         return self.shell.tessellate()
 
-    def save(self, path: str | os.PathLike[str]) -> None:
+    def save(
+        self, path: str | os.PathLike[str], *, unit: str | None = None, pcurves: bool = True
+    ) -> None:
         """Write surface, mesh, picture or report to a file, by its suffix: see `neurbs.save`."""
         from neurbs import io
 
-        io.save(self, path)
+        io.save(self, path, unit=unit, pcurves=pcurves)
 
     def _file_parts(self) -> dict[str, Callable[[], Any]]:
         """Return the parts that files can store, in order of preference, for `neurbs.save`."""
@@ -114,7 +119,7 @@ class Reconstruction:
         from neurbs.io import PointCloud
 
         distances = self.surface.closest_points(self.points).distances
-        return PointCloud(self.points, distances=distances)
+        return PointCloud(self.points, distances=distances, unit=self.unit)
 
     def plot(
         self,
@@ -171,6 +176,13 @@ def scattered(points: ArrayLike) -> NDArray[np.float64]:
             "use NurbsSurface.interpolate or NurbsSurface.approximate",
         )
     return _core.as_points(points)
+
+
+def unit_of(points: object) -> str | None:
+    """Return the unit of points, None unless they are a `PointCloud` that has one."""
+    # Not by its class, whose module would be loaded.
+    unit = getattr(points, "unit", None)
+    return unit if isinstance(unit, str) else None
 
 
 def wrapped(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import time
 from collections.abc import Callable
 from typing import Any
@@ -9,7 +10,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from neurbs import _core, diagnostics
-from neurbs.reconstruction import Reconstruction, scattered, wrapped
+from neurbs.reconstruction import Reconstruction, scattered, unit_of, wrapped
 
 
 def reconstruct_paper(
@@ -101,5 +102,6 @@ def reconstruct_paper(
     converted = scattered(points)
     found = _core.reconstruct_paper(converted, options, progress)
     result = wrapped(converted, found, options, start)
+    result = dataclasses.replace(result, unit=unit_of(points))
     diagnostics.warn(result.report.diagnostics, stacklevel=2)
     return result

@@ -12,7 +12,7 @@ import numpy as np
 from neurbs.extras import require_for_file
 from neurbs.io.point_cloud import BLOCK, Block, PointSource, Request, checked_count
 from neurbs.io.reading import check_size, damaged
-from neurbs.io.units import symbol
+from neurbs.io.units import of_heights, symbol
 
 _OLD_HEADER, _HEADER, _RECORD, _EXTENDED_RECORD = 227, 375, 54, 60
 """Bytes of a header before and from version 1.4, and fewest bytes of a record and of a long one."""
@@ -72,4 +72,4 @@ def _check_header(path: Path) -> None:
 def _unit(crs: Any) -> str:
     """Return the unit of x and y, and the unit of z if it differs."""
     units = [symbol(axis.unit_name) for axis in crs.axis_info]
-    return units[0] if len({units[0], units[-1]}) == 1 else f"{units[0]}, z: {units[-1]}"
+    return of_heights(units[0], units[-1])

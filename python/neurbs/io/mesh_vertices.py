@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from neurbs._core import NeurbsError
 from neurbs.extras import require_for_file
 from neurbs.io.point_cloud import Block, PointSource, Request
+from neurbs.io.units import of_length, symbol
 
 
 def read_vertices(path: Path, request: Request) -> PointSource:
@@ -28,9 +29,21 @@ def read_vertices(path: Path, request: Request) -> PointSource:
         parts = [Block(_distinct(part.points)) for part in parts]
     if any(part.colors is None for part in parts):
         parts = [Block(part.points) for part in parts]
-    # The unit of the glTF standard is the meter.
-    unit = "m" if path.suffix.lower() == ".glb" else None
-    return PointSource(iter(parts), count=sum(len(part.points) for part in parts), unit=unit)
+    count = sum(len(part.points) for part in parts)
+    return PointSource(iter(parts), count=count, unit=_unit(path, scene))
+
+
+def _unit(path: Path, scene: Any) -> str | None:
+    """Return the unit of a scene. That of the glTF standard is the meter."""
+    if path.suffix.lower() in (".glb", ".gltf"):
+        return "m"
+    units: set[str | None] = {geometry.units for geometry in scene.geometry.values()}
+    unit = units.pop() if len(units) == 1 else None
+    if unit is None:
+        return None
+    # The library gives any unit of Collada files as "0.0254 * meters".
+    factor, _, name = unit.rpartition(" * ")
+    return of_length(1000 * float(factor)) if factor else symbol(name)
 
 
 def _part(scene: Any, node: str, request: Request) -> Block:

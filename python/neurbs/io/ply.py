@@ -21,6 +21,7 @@ from neurbs.io.point_cloud import BLOCK, Block, PointCloud, PointSource, Request
 from neurbs.io.reading import check_size, damaged
 from neurbs.io.row_blocks import write_rows
 from neurbs.io.table import Layout, numbered_lines, read_blocks, shown
+from neurbs.io.units import symbol
 
 if TYPE_CHECKING:
     from neurbs import TriangleMesh
@@ -93,6 +94,8 @@ class _Header:
     elements: list[_Element]
     lines: int
     size: int
+    unit: str | None = None
+    """From the comment `unit`, which neurbs writes."""
 
 
 def read_ply(path: Path, request: Request) -> PointSource:
@@ -131,7 +134,9 @@ def read_ply(path: Path, request: Request) -> PointSource:
     blocks = checked_count(path, read(path, header, before, vertex, layout), vertex.count)
     check = _check_binary_rows if header.byte_order else _check_text_rows
     return PointSource(
-        chain(blocks, check(path, header, [*before, vertex], after)), count=vertex.count
+        chain(blocks, check(path, header, [*before, vertex], after)),
+        count=vertex.count,
+        unit=header.unit,
     )
 
 
@@ -234,6 +239,8 @@ def _read_header(path: Path, file: BinaryIO) -> _Header:
                     element.properties.append((name, _TYPES[kind]))
                 case ["property", kind, name]:
                     header.elements[-1].properties.append((name, _TYPES[kind]))
+                case ["comment", "unit", *name] if name:
+                    header.unit = symbol(" ".join(name))
                 case ["comment" | "obj_info", *_] | []:
                     pass
                 case _:
@@ -282,11 +289,11 @@ def _binary(
             yield Block(points, columns(table, layout.normals), columns(table, layout.colors))
 
 
-def write_ply(mesh: TriangleMesh, path: str) -> None:
+def write_ply(mesh: TriangleMesh, path: str, unit: str | None = None) -> None:
     """Write a mesh in binary, with coordinates in double precision and normals in single."""
     vertices = {"x y z": ("<f8", mesh.vertices), "nx ny nz": ("<f4", mesh.normals)}
     with open(path, "wb") as file:
-        _write_head(file, len(mesh.vertices), vertices, len(mesh.triangles))
+        _write_head(file, len(mesh.vertices), vertices, unit, len(mesh.triangles))
         _write_vertices(file, vertices)
         # Indices are signed, because many readers accept no others.
         face = np.dtype([("count", "u1"), ("vertices", "<i4", 3)])
@@ -304,16 +311,19 @@ def write_ply_points(cloud: PointCloud, path: str) -> None:
     if cloud.distances is not None:
         vertices["distance"] = ("<f8", cloud.distances[:, None])
     with open(path, "wb") as file:
-        _write_head(file, len(cloud), vertices)
+        _write_head(file, len(cloud), vertices, cloud.unit)
         _write_vertices(file, vertices)
 
 
-def _write_head(file: BinaryIO, count: int, vertices: _Columns, faces: int | None = None) -> None:
+def _write_head(
+    file: BinaryIO, count: int, vertices: _Columns, unit: str | None, faces: int | None = None
+) -> None:
     words = {"<f8": "double", "<f4": "float", "u1": "uchar"}
     lines = [
         "ply",
         "format binary_little_endian 1.0",
         "comment neurbs",
+        *([] if unit is None else [f"comment unit {' '.join(unit.split())}"]),
         f"element vertex {count}",
         *(
             f"property {words[dtype]} {name}"
@@ -323,7 +333,7 @@ def _write_head(file: BinaryIO, count: int, vertices: _Columns, faces: int | Non
     ]
     if faces is not None:
         lines += [f"element face {faces}", "property list uchar int vertex_indices"]
-    file.write("\n".join([*lines, "end_header\n"]).encode())
+    file.write("\n".join([*lines, "end_header\n"]).encode("ascii", "backslashreplace"))
 
 
 def _write_vertices(file: BinaryIO, vertices: _Columns) -> None:

@@ -26,6 +26,7 @@ from neurbs.io.point_cloud import Block, Collector, PointCloud, PointSource, Req
 from neurbs.io.raster import read_asc, read_geotiff
 from neurbs.io.reading import blocks_of_file, check_file, reading
 from neurbs.io.text import read_pts, read_text
+from neurbs.io.units import check_unit
 
 
 @overload
@@ -34,6 +35,7 @@ def read_points(
     *,
     columns: Sequence[str | int] | None = ...,
     nan: Literal["error", "drop"] = ...,
+    unit: str | None = ...,
     chunks: None = ...,
 ) -> NDArray[np.float64]: ...
 
@@ -44,6 +46,7 @@ def read_points(
     *,
     columns: Sequence[str | int] | None = ...,
     nan: Literal["error", "drop"] = ...,
+    unit: str | None = ...,
     chunks: int,
 ) -> Iterator[NDArray[np.float64]]: ...
 
@@ -53,6 +56,7 @@ def read_points(
     *,
     columns: Sequence[str | int] | None = None,
     nan: Literal["error", "drop"] = "error",
+    unit: str | None = None,
     chunks: int | None = None,
 ) -> NDArray[np.float64] | Iterator[NDArray[np.float64]]:
     r"""Read scattered points from a file.
@@ -99,6 +103,9 @@ def read_points(
         tables and NumPy arrays only.
     nan : {"error", "drop"}, default "error"
         Whether points that are not finite, or lack a coordinate, are an error or are dropped.
+    unit : {"mm", "cm", "m", "in", "ft"}, optional
+        The unit of the result. Numbers of a file with another unit are converted; those of a file
+        without one are taken to be in it. By default the unit of the file.
     chunks : int, optional
         Number of points of a chunk. With it, the function returns an iterator of chunks that reads
         the file step by step.
@@ -106,13 +113,14 @@ def read_points(
     Returns
     -------
     ndarray of shape (n, 3), or iterator of such arrays
-        float64, C-contiguous, n ≥ 1, all finite, in the unit of the file.
+        float64, C-contiguous, n ≥ 1, all finite, in the unit of the file or in `unit`.
 
     Raises
     ------
     NeurbsError
         If the suffix is unknown, the library for the format is not installed, the file is damaged,
-        or points are not finite. For a text file the message gives line and column.
+        points are not finite, or `unit` is given and the unit of the file is not a length. For a
+        text file the message gives line and column.
     OSError
         `FileNotFoundError`, `IsADirectoryError` or `PermissionError`, if the file cannot be read.
 
@@ -141,7 +149,7 @@ def read_points(
     path = Path(path)
     if chunks is not None and not (isinstance(chunks, int) and chunks > 0):
         raise argument_error("chunks", f"must be an integer from 1, got {chunks!r}")
-    request = _request(path, columns, nan)
+    request = _request(path, columns, nan, unit)
     source = _opened(path, request)
     if chunks is not None:
         return _chunks(path, source, request, chunks)
@@ -157,12 +165,13 @@ def read_point_cloud(
     *,
     columns: Sequence[str | int] | None = None,
     nan: Literal["error", "drop"] = "error",
+    unit: str | None = None,
 ) -> PointCloud:
     r"""Read points with their attributes from a file.
 
     Parameters
     ----------
-    path, columns, nan
+    path, columns, nan, unit
         As for `read_points`.
 
     Returns
@@ -191,7 +200,7 @@ def read_point_cloud(
     array([[1.5, 2. , 3. ]])
     """
     path = Path(path)
-    request = replace(_request(path, columns, nan), attributes=True)
+    request = replace(_request(path, columns, nan, unit), attributes=True)
     source = _opened(path, request)
     cloud = _collected(path, source, request)
     _warn_doubts(path, source)
@@ -199,13 +208,17 @@ def read_point_cloud(
 
 
 def _request(
-    path: Path, columns: Sequence[str | int] | None, nan: Literal["error", "drop"]
+    path: Path,
+    columns: Sequence[str | int] | None,
+    nan: Literal["error", "drop"],
+    unit: str | None,
 ) -> Request:
     """Return the options after a check."""
+    check_unit(unit)
     if nan not in ("error", "drop"):
         raise argument_error("nan", f"must be 'error' or 'drop', got {nan!r}")
     if columns is None:
-        return Request(nan=nan)
+        return Request(nan=nan, unit=unit)
     chosen = tuple(columns)
     if len(chosen) not in (2, 3) or not all(isinstance(c, str | int) for c in chosen):
         raise argument_error("columns", f"must be two or three names or numbers, got {columns!r}")
@@ -214,7 +227,7 @@ def _request(
             f"{path}: columns must be left out, unless the file is {' '.join(_TABLES)}; "
             f"got {columns!r}"
         )
-    return Request(chosen, nan)
+    return Request(chosen, nan, unit=unit)
 
 
 def check_source(path: str | os.PathLike[str]) -> None:
@@ -238,7 +251,7 @@ def _opened(path: Path, request: Request) -> PointSource:
     check_source(path)
     # Opened first, so that a file that cannot be read raises OSError, not an error of a library.
     with path.open("rb"), reading(path):
-        source = _READERS[path.suffix.lower()](path, request)
+        source = _READERS[path.suffix.lower()](path, request).to_unit(request.unit)
     return replace(source, blocks=blocks_of_file(path, source.blocks))
 
 

@@ -16,7 +16,7 @@ from neurbs.io.point_cloud import BLOCK, Block, PointSource, Request, checked_co
 from neurbs.io.reading import check_size
 from neurbs.io.table import numbered_lines
 from neurbs.io.text import check_commas, read_text
-from neurbs.io.units import symbol
+from neurbs.io.units import of_heights, symbol
 
 _NO_DATA = -9999.0
 """The no-data value of an ESRI grid whose header has none."""
@@ -50,8 +50,8 @@ def read_geotiff(path: Path, request: Request) -> PointSource:
                 yield Block(points).only(has_data)
 
     unit = symbol(crs.linear_units) if crs and crs.is_projected else None
-    if unit and z_unit and symbol(z_unit) != unit:
-        unit = f"{unit}, z: {symbol(z_unit)}"
+    if unit and z_unit:
+        unit = of_heights(unit, symbol(z_unit))
     return PointSource(
         blocks(), count=width * height, unit=unit, crs=crs.to_string() if crs else None
     )
