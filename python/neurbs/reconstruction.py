@@ -178,11 +178,15 @@ def scattered(points: ArrayLike) -> NDArray[np.float64]:
     return _core.as_points(points)
 
 
-def unit_of(points: object) -> str | None:
-    """Return the unit of points, None unless they are a `PointCloud` that has one."""
+def in_unit_of(points: object, result: Reconstruction) -> Reconstruction:
+    """Return a result in the unit of its points, if they are a `PointCloud` that has one."""
     # Not by its class, whose module would be loaded.
     unit = getattr(points, "unit", None)
-    return unit if isinstance(unit, str) else None
+    if not isinstance(unit, str):
+        return result
+    # A shell keeps lengths only.
+    shell = result.shell.to_unit(unit) if unit in _core.LENGTH_UNITS else result.shell
+    return dataclasses.replace(result, unit=unit, shell=shell)
 
 
 def wrapped(

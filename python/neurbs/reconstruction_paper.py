@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import time
 from collections.abc import Callable
 from typing import Any
@@ -10,7 +9,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from neurbs import _core, diagnostics
-from neurbs.reconstruction import Reconstruction, scattered, unit_of, wrapped
+from neurbs.reconstruction import Reconstruction, in_unit_of, scattered, wrapped
 
 
 def reconstruct_paper(
@@ -102,6 +101,6 @@ def reconstruct_paper(
     converted = scattered(points)
     found = _core.reconstruct_paper(converted, options, progress)
     result = wrapped(converted, found, options, start)
-    result = dataclasses.replace(result, unit=unit_of(points))
+    result = in_unit_of(points, result)
     diagnostics.warn(result.report.diagnostics, stacklevel=2)
     return result
