@@ -102,7 +102,12 @@ def _of_points(cloud: PointCloud) -> dict[str, Any]:
         "normals": cloud.normals is not None,
         "colors": cloud.colors is not None,
     }
-    known = {"unit": cloud.unit, "crs": cloud.crs, "offset": cloud.offset}
+    known = {
+        "columns": cloud.columns,
+        "unit": cloud.unit,
+        "crs": cloud.crs,
+        "offset": cloud.offset,
+    }
     return facts | {name: value for name, value in known.items() if value is not None}
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 import neurbs
 from neurbs import NurbsSurface, PointCloud, Shell, io
 from neurbs.io.obj import is_free_form
+from neurbs.io.packed import name_of
 from neurbs.io.point_readers import warn_dropped
 
 Surface: TypeAlias = Annotated[
@@ -69,7 +70,7 @@ def read_point_cloud(path: Path, columns: str | None, nan: str | None) -> PointC
     """Read the points of a file with their attributes, and warn of dropped points."""
     cloud = neurbs.read_point_cloud(path, **_given(columns, nan))
     if nan == "drop":
-        warn_dropped(path, cloud.dropped, len(cloud))
+        warn_dropped(name_of(path), cloud.dropped - cloud.no_data, len(cloud))
     return cloud
 
 
