@@ -2,6 +2,7 @@
 
 import gzip
 import json
+import shutil
 import subprocess
 import sys
 import time
@@ -192,6 +193,22 @@ def test_standard_input_has_any_format(suffix: str, tmp_path: Path) -> None:
         timeout=60,
     )
     assert json.loads(done.stdout)["points"] == expected
+
+
+def test_an_endless_standard_input_does_not_fill_the_disk(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Endless:
+        buffer: "Endless"
+
+        def read(self, size: int) -> bytes:
+            return b"1 2 3\n" * (size // 6)
+
+    endless = Endless()
+    endless.buffer = endless
+    monkeypatch.setattr("sys.stdin", endless)
+    usage = shutil.disk_usage("/")._replace(free=20 << 20)
+    monkeypatch.setattr("shutil.disk_usage", lambda _: usage)
+    with pytest.raises(NeurbsError, match=r"must have at most 1e\+07 bytes, half of the disk"):
+        neurbs.read_points("-")
 
 
 def test_commands_read_standard_input(tmp_path: Path) -> None:

@@ -44,6 +44,8 @@ def test_text_keeps_every_digit(tmp_path: Path, separator: str, suffix: str) -> 
         "x y z\n" + rows(),
         "Easting Northing Height\n" + rows(),
         '"X","Y","Z"\n' + rows(","),
+        '"Point X" Y Z\n' + rows(),
+        rows().replace("1e+300", '"1e300"'),
         "x;y;z;\n" + rows(";").replace("\n", ";\n"),
     ],
 )

@@ -29,6 +29,9 @@ _BLOCK = 1 << 20
 _FREE, _MOST_SHRUNK = 64 << 20, 100
 """Bytes that an archive may have unpacked, and more of them for each byte of the archive."""
 
+_MOST_OF_DISK = 0.5
+"""Share of the free disk space that a copy of standard input may take."""
+
 _MAX_LINE = 1 << 24
 """Most bytes of text without the end of a line."""
 
@@ -84,9 +87,20 @@ def spooled(stream: BinaryIO) -> Path:
     Raises
     ------
     NeurbsError
-        If it is no text of lines, and of no known format.
+        If it is no text of lines and of no known format, or too large for the disk.
     """
-    return _copied(stream, "", "standard input", _check_lines)
+    most = shutil.disk_usage(tempfile.gettempdir()).free * _MOST_OF_DISK
+
+    def check(copied: int, head: bytes) -> None:
+        if copied > most:
+            raise NeurbsError(
+                f"standard input: must have at most {most:.2g} bytes, half of the disk space in "
+                f"{tempfile.gettempdir()}"
+            )
+        if copied > _MAX_LINE and suffix_of(head) == ".txt" and b"\n" not in head:
+            raise NeurbsError("standard input: must be points, but its first line does not end")
+
+    return _copied(stream, "", check)
 
 
 def unpacked(path: Path) -> Path:
@@ -108,14 +122,14 @@ def unpacked(path: Path) -> Path:
 
     suffix = Path(path.stem).suffix.lower()
     with PACKED[path.suffix.lower()](path) as stream:
-        copy = _copied(stream, suffix, str(path), check)
+        copy = _copied(stream, suffix, check)
     if copy.suffix in UNPACKABLE:
         remove(copy)
         raise NeurbsError(f"{path}: must be packed once only, but has {copy.suffix} in it")
     return copy
 
 
-def _copied(stream: BinaryIO, suffix: str, name: str, check: Callable[[int, bytes], None]) -> Path:
+def _copied(stream: BinaryIO, suffix: str, check: Callable[[int, bytes], None]) -> Path:
     """Copy a stream; `check` gets the number of bytes and the first ones."""
     folder = Path(tempfile.mkdtemp(prefix="neurbs-"))
     try:
@@ -133,12 +147,6 @@ def _copied(stream: BinaryIO, suffix: str, name: str, check: Callable[[int, byte
         shutil.rmtree(folder, ignore_errors=True)
         raise
     return copy
-
-
-def _check_lines(copied: int, head: bytes) -> None:
-    """Refuse an endless stream of no format."""
-    if copied > _MAX_LINE and suffix_of(head) == ".txt" and b"\n" not in head:
-        raise NeurbsError("standard input: must be points, but its first line does not end")
 
 
 def remove(copy: Path) -> None:

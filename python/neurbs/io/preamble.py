@@ -16,7 +16,8 @@ from neurbs.io.table import MISSING, Layout, is_number, numbered_lines, shown, s
 from neurbs.io.table_header import Header, names_in
 from neurbs.io.table_sample import SAMPLE
 
-_COMMENT = re.compile("#|//")
+_COMMENT, _COMMENT_LINE = re.compile("#|//"), "%!"
+"""The start of a comment, and characters that start a line of comment."""
 
 _HEXADECIMAL = re.compile(r"[+-]?0[xX][0-9a-fA-F.]+(?:[pP][+-]?\d+)?")
 
@@ -172,19 +173,24 @@ def _best_split(number: int, texts: tuple[str, str], separator: str | None, widt
 
 def data_rows(path: Path) -> Iterator[tuple[int, str]]:
     """Yield number, from 1, and text of each line that is not blank and not only a comment."""
-    return ((number, text) for number, text, _ in _with_comments(path) if text)
+    for number, line in numbered_lines(path):
+        text = line
+        if "#" in line or "//" in line or line[0] in _COMMENT_LINE:
+            text = _without_comment(line)
+        if text.strip():
+            yield number, text
 
 
 def _with_comments(path: Path) -> Iterator[_Line]:
     """Yield each line that is not blank."""
     for number, line in numbered_lines(path):
-        text = line
-        if "#" in line or "//" in line:
-            text = _COMMENT.split(line, maxsplit=1)[0]
-        if line.startswith(("%", "!")):
-            text = ""
         if line.strip():
+            text = _without_comment(line)
             yield number, text if text.strip() else "", line.strip().lstrip("#/%! ")
+
+
+def _without_comment(line: str) -> str:
+    return "" if line[0] in _COMMENT_LINE else _COMMENT.split(line, maxsplit=1)[0]
 
 
 def _is_header(text: str) -> bool:

@@ -143,9 +143,11 @@ def shown(text: str) -> str:
 
 def split(text: str, separator: str | None) -> list[str]:
     """Split a row into fields; separators between quotation marks are part of a field."""
-    if separator is not None and '"' in text:
-        return next(csv.reader([text.strip()], delimiter=separator, skipinitialspace=True))
-    return text.split(separator)
+    if '"' not in text:
+        return text.split(separator)
+    if separator is None:
+        text, separator = " ".join(text.split()), " "
+    return next(csv.reader([text.strip()], delimiter=separator, skipinitialspace=True))
 
 
 def read_blocks(path: Path, rows: Rows, layout: Layout) -> Iterator[Block]:

@@ -54,7 +54,9 @@ _JOINED = re.compile(r"(.+)[\s_/,](\w+)")
 
 _SEPARATORS = re.compile(r"[\s_.:-]+")
 
-_FILLERS = re.compile("coordinates?|coords?|position|^pos|pos$|utm|wgs84|value$|wert$")
+_FILLERS = re.compile(
+    "coordinates?|coords?|position|^points?(?=[xyz]$)|^pos|pos$|utm|wgs84|value$|wert$"
+)
 """Parts of names without a meaning for the choice: ``UTM_X``, ``x-coordinate``, ``Rechtswert``."""
 
 _VARIABLES = re.compile(r"\s*variables\s*=", re.IGNORECASE)
