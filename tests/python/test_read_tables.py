@@ -239,6 +239,12 @@ def test_every_table_in_every_encoding(tmp_path: Path, suffix: str, encoding: st
         ("lon,lat,x,y,z\n9,9,1,2,3\n", [[1, 2, 3]]),
         ("Point#,X,Y,Z\n1,1,2,3\n", [[1, 2, 3]]),
         ("X,Y,Z\n1 2 3\n4 5 6\n", [[1, 2, 3], [4, 5, 6]]),
+        ("x;y;z\n1;2;3;\n4;5;6;\n", [[1, 2, 3], [4, 5, 6]]),
+        ("x;y;z;\n1;2;3\n4;5;6\n", [[1, 2, 3], [4, 5, 6]]),
+        ("no;x;y;z;code\n;m;m;m\n1;1;2;3;\n2;4;5;6;B\n", [[1, 2, 3], [4, 5, 6]]),
+        ('"x" "y" "z"\n"1" 1 2 3\n"2" 4 5 6\n', [[1, 2, 3], [4, 5, 6]]),
+        ("# Z Y X\n7 3 2 1\n8 6 5 4\n", [[1, 2, 3], [4, 5, 6]]),
+        ("id;//X;Y;Z\n7;1;2;3\n", [[1, 2, 3]]),
         ("id,x,y\n7,1,2\n8,3,4\n", [[1, 2, 0], [3, 4, 0]]),
     ],
 )
@@ -436,3 +442,50 @@ def test_columns_in_different_units_are_refused(tmp_path: Path) -> None:
     assert neurbs.read_point_cloud(path).unit is None
     path.write_text("x [millimetre],y [mm],z [mm]\n1,2,3\n")
     assert neurbs.read_point_cloud(path).unit == "mm"
+
+
+# Tables of many programs
+
+NAMES = (
+    "x y z", "X Y Z", "Easting Northing Elevation", "E N H", "Lon Lat Alt", "x_m y_m z_m",
+    "Longitude Latitude Depth", "X(m) Y(m) Z(m)", "utm_x utm_y elev", "POINT_X POINT_Y POINT_Z",
+    "Rechtswert Hochwert Höhe", "XCoord YCoord ZCoord", "px py pz", "x0 y0 z0", "#x y z",
+)  # fmt: skip
+
+
+@pytest.mark.filterwarnings("ignore::neurbs.ColumnsGuessedWarning")
+@pytest.mark.parametrize("seed", range(200))
+def test_tables_of_many_kinds_are_read_right(tmp_path: Path, seed: int) -> None:
+    """Titles, names, units, numbers and codes of points come and go; columns change places."""
+    rng = np.random.default_rng(seed)
+
+    def maybe() -> bool:
+        return bool(rng.random() < 0.4)
+
+    count = int(rng.choice([2, 5, 40]))
+    points = rng.uniform(-1e3, 1e6, (count, 3)).round(3)
+    columns = [[f"{value}" for value in column] for column in points.T]
+    names = str(rng.choice(NAMES)).split()
+    named = bool(rng.random() < 0.7)
+    if named and maybe():
+        order = rng.permutation(3)
+        columns, names = [columns[i] for i in order], [names[i] for i in order]
+    if maybe():
+        columns.insert(0, [str(i + 1) for i in range(count)])
+        names.insert(0, str(rng.choice(["id", "No", "Point", "FID"])))
+    if maybe():
+        columns.append([str(rng.choice(["TREE", "A1", "7b"])) for _ in range(count)])
+        names.append("code")
+    if maybe():
+        columns.append([f"{value:.2f}" for value in rng.random(count)])
+        names.append("intensity")
+    separator = str(rng.choice([",", ";", "\t", " ", ", "]))
+    lines = [separator.join(row) for row in zip(*columns, strict=True)]
+    above = [str(rng.choice(["My survey", "Project: hill 12", "# a comment"]))] if maybe() else []
+    if named:
+        above += [separator.join(names)]
+        above += [separator.join("m" for _ in names)] if maybe() else []
+    elif maybe():
+        above += [str(count)]
+    path = written(tmp_path / "p.csv", "\n".join([*above, *lines]) + "\n")
+    np.testing.assert_array_equal(neurbs.read_points(path), points)

@@ -14,7 +14,7 @@ from neurbs._core import NeurbsError
 from neurbs.io.reading import damaged
 from neurbs.io.table import MISSING, Layout, is_number, numbered_lines, shown, split
 from neurbs.io.table_header import Header, names_in
-from neurbs.io.table_sample import SAMPLE
+from neurbs.io.table_sample import SAMPLE, Sample
 
 _COMMENT, _COMMENT_LINE = re.compile("#|//"), "%!"
 """The start of a comment, and characters that start a line of comment."""
@@ -34,7 +34,7 @@ _KEPT = 50
 
 
 _Line: TypeAlias = tuple[int, str, str]
-"""The number of a line, its text without a comment, and all of it without marks of a comment."""
+"""The number of a line, its text without a comment, and all of it."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ def preamble(path: Path) -> Preamble:
         raise NeurbsError(f"{path}: must have at least one point, but {but}")
     if count is not None and len(detect_layout(first[0][1]).split(first[0][1])) < 2:
         return Preamble(rows - 1, Header(), None, [(count[1], str(count[0]))])
-    return _without_titles(Preamble(rows, _header([*above], first[0][1]), count, first))
+    return _without_titles(Preamble(rows, _header([*above], first), count, first))
 
 
 def _without_titles(found: Preamble) -> Preamble:
@@ -129,46 +129,63 @@ def _kinds(text: str) -> list[bool]:
     return [_is_numeric(field) for field in detect_layout(text).split(text)]
 
 
-def _header(above: list[_Line], row: str) -> Header:
-    """Find the names and units of the columns in the lines above a row of points.
+def _header(above: list[_Line], first: list[tuple[int, str]]) -> Header:
+    """Find the names and units of the columns in the lines above the points.
 
     Names of coordinates count anywhere; other names only in a line that is no comment. If several
     lines have names, the last counts.
     """
-    layout = detect_layout(row)
-    width = len(layout.split(row))
+    layout = detect_layout(first[0][1])
+    sample = Sample.of(first, layout)
     candidates = [
-        (_best_split(number, (text, line), layout.separator, width), bool(text))
-        for number, text, line in reversed(above)
+        (_best_split(line, layout.separator, sample), bool(line[1])) for line in reversed(above)
     ]
-    units = next(
-        (found for found, _ in candidates if found.is_units and len(found.names) == width), None
-    )
-    named = [(found, is_row) for found, is_row in candidates if not found.is_units]
-    fitting = [(found, is_row) for found, is_row in named if len(found.names) == width]
-    header = next((found for found, _ in fitting if found.axes), None)
-    header = header or next((found for found, is_row in fitting if is_row), None)
+    fitting = [(found, is_row) for found, is_row in candidates if len(found.names) == sample.width]
+    units = next((found for found, _ in fitting if found.is_units), None)
+    named = [(found, is_row) for found, is_row in fitting if not found.is_units]
+    header = next((found for found, _ in named if found.axes), None)
+    header = header or next((found for found, is_row in named if is_row), None)
     header = header or next(
-        (found for found, is_row in named if is_row and len(found.axes) == 3), None
+        (found for found, is_row in candidates if is_row and len(found.axes) == 3), None
     )
     if header is None:
         return Header()
     return header if units is None else header.with_units(units)
 
 
-def _best_split(number: int, texts: tuple[str, str], separator: str | None, width: int) -> Header:
+def _best_split(line: _Line, separator: str | None, sample: Sample) -> Header:
     """Split a line of names as the points are split, or so that there are as many.
 
-    The line counts without its comment first, then as a whole: ``Point#,X,Y``.
+    The line counts without its comment first, then without the mark of a comment, then as it is:
+    ``# X Y`` and ``Point#,X,Y`` may have a column with the number of the point.
     """
-    headers = [
-        Header.of(split(names_in(text), each), number)
-        for text in texts
-        if text
-        for each in (separator, detect_layout(text).separator, ",", ";", "\t", None)
+    number, text, whole = line
+    splits = [
+        split(names_in(each), one)
+        for each in (text, whole.lstrip("#/%! "), whole)
+        if each
+        for one in (separator, detect_layout(text).separator, ",", ";", "\t", None)
     ]
-    fitting = [header for header in headers if len(header.names) == width]
-    return next((header for header in fitting if header.axes), [*fitting, headers[0]][0])
+    fitted = [Header.of(fields, number) for each in splits if (fields := _fitted(each, sample))]
+    fitted += [Header.of(splits[0], number)]
+    return next((header for header in fitted if header.axes), fitted[0])
+
+
+def _fitted(names: list[str], sample: Sample) -> list[str] | None:
+    """Return names for all columns of a table, or None if there are more or fewer names.
+
+    Separators at the end count as nothing. R writes no name above a first column of row names.
+    """
+    while names and not names[-1].strip() and len(names) != sample.width:
+        names = names[:-1]
+    if len(names) == sample.width:
+        return names
+    if len(names) == sample.filled:
+        return names + [""] * (sample.width - len(names))
+    if len(names) == sample.width - 1 and (sample.counts(0) or not sample.is_number[0]):
+        shifted = ["", *names]
+        return shifted if len(Header.of(shifted, 0).axes) == 3 else None
+    return None
 
 
 def data_rows(path: Path) -> Iterator[tuple[int, str]]:
@@ -186,7 +203,7 @@ def _with_comments(path: Path) -> Iterator[_Line]:
     for number, line in numbered_lines(path):
         if line.strip():
             text = _without_comment(line)
-            yield number, text if text.strip() else "", line.strip().lstrip("#/%! ")
+            yield number, text if text.strip() else "", line.strip()
 
 
 def _without_comment(line: str) -> str:

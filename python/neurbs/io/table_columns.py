@@ -115,8 +115,7 @@ def _by_content(path: Path, header: Header, sample: Sample, numbers: list[int]) 
         guess = guess or f"column {numbers[0]} may number the points"
     if len(numbers) >= 3:
         return Choice(tuple(numbers[:3]), guess)
-    blank = sum(sample.is_blank)
-    if len(numbers) == 2 and sample.width - blank == 2:
+    if len(numbers) == 2 and sample.filled == 2:
         return Choice(tuple(numbers), guess)
     row = ", ".join(map(shown, sample.fields[0]))
     raise NeurbsError(

@@ -26,18 +26,22 @@ _HORIZONTAL = (
     ("est", "nord"),
     ("este", "norte"),
     ("points0", "points1"),
+    ("px", "py"),
+    ("x0", "y0"),
+    ("x1", "x2"),
 )
 """Pairs of names for x and y."""
 
 _VERTICAL = (
     "z", "height", "elevation", "elev", "ele", "altitude", "alt", "ellipsoidalheight",
     "orthometricheight", "msl", "hae", "h", "rl", "level", "höhe", "hoehe", "h\ufffdhe", "hohe",
-    "cota", "cote", "depth", "tiefe", "tvdss", "tvd", "bathymetry", "points2",
+    "cota", "cote", "depth", "tiefe", "tvdss", "tvd", "bathymetry", "points2", "pz",
+    "z0", "x3",
 )  # fmt: skip
 """Names for z; one that comes first here is preferred."""
 
 _NUMBERS = {
-    "", "#", "id", "fid", "objectid", "index", "no", "nr", "num", "number", "point", "pointno",
+    "", "id", "fid", "objectid", "index", "no", "nr", "num", "number", "point", "pointno",
     "pointid", "pointnumber", "pt", "ptno", "ptid", "punkt", "punktnr", "name", "station", "line",
 }  # fmt: skip
 """Names for the number or name of a point."""
@@ -52,7 +56,7 @@ _NAME = re.compile(r"(.*?)\s*(?:[(\[{](.*)[)\]}])?")
 _JOINED = re.compile(r"(.+)[\s_/,](\w+)")
 """A name and a unit behind a separator."""
 
-_SEPARATORS = re.compile(r"[\s_.:-]+")
+_SEPARATORS = re.compile(r"[\s_.:,#/-]+")
 
 _FILLERS = re.compile(
     "coordinates?|coords?|position|^points?(?=[xyz]$)|^pos|pos$|utm|wgs84|value$|wert$"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 from neurbs.io.table import MISSING, Layout, is_number
 
@@ -40,12 +41,13 @@ class Sample:
         """The number of columns."""
         return len(self.fields[0])
 
-    @property
-    def is_blank(self) -> list[bool]:
-        """For each column, whether all fields are empty, as after a separator at the end."""
-        return [not any(column) for column in zip(*self.fields, strict=True)]
+    @cached_property
+    def filled(self) -> int:
+        """The number of columns without those at the end that are empty in all rows."""
+        places = (i for fields in self.fields for i, field in enumerate(fields, 1) if field)
+        return max(places, default=0)
 
-    @property
+    @cached_property
     def is_number(self) -> list[bool]:
         """For each column, whether at least half of the fields that are not missing are numbers.
 
