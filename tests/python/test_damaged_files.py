@@ -216,6 +216,14 @@ def test_a_line_has_a_bounded_size(tmp_path: Path) -> None:
     assert list(numbered_lines(path)) == [(1, "1 2 3\n"), (2, "\n"), (3, "4 5 6")]
 
 
+@pytest.mark.parametrize("line", [b"1 " * (7 << 20), b"a " * (1 << 20), b"#" * (1 << 20)])
+def test_long_lines_packed_in_a_small_archive_take_no_memory(line: bytes, tmp_path: Path) -> None:
+    path = tmp_path / "a.xyz.gz"
+    path.write_bytes(gzip.compress((line + b"\n") * 4))
+    with pytest.raises(neurbs.NeurbsError, match="line 1 has more than 65,536 characters"):
+        neurbs.read_points(path)
+
+
 def test_a_mesh_packed_in_a_small_archive_takes_no_memory(tmp_path: Path) -> None:
     path = tmp_path / "a.3mf"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:

@@ -70,6 +70,8 @@ def opened(path: str | os.PathLike[str], request: Request) -> PointSource:
         As for `neurbs.read_points`.
     """
     if os.fspath(path) == STANDARD_INPUT:
+        if sys.stdin is None:
+            raise NeurbsError("standard input: must be open, but this process has none")
         return _of_copy(spooled(sys.stdin.buffer), "standard input", request)
     path = Path(path)
     check_file(path, "points")  # Also for a missing file, before the check of the suffix.

@@ -14,7 +14,7 @@ from neurbs._core import NeurbsError
 from neurbs.io.reading import damaged
 from neurbs.io.table import MISSING, Layout, is_number, numbered_lines, shown, split
 from neurbs.io.table_header import Header, names_in
-from neurbs.io.table_sample import SAMPLE, Sample
+from neurbs.io.table_sample import SAMPLE, Sample, check_length
 
 _COMMENT, _COMMENT_LINE = re.compile("#|//"), "%!"
 """The start of a comment, and characters that start a line of comment."""
@@ -76,6 +76,7 @@ def preamble(path: Path) -> Preamble:
     lines = _with_comments(path)
     first: list[tuple[int, str]] = []
     for number, text, line in lines:
+        check_length(number, line)
         if not text:
             above.append((number, text, line))
         elif _is_header(text):

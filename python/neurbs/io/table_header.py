@@ -11,7 +11,7 @@ from neurbs._core import LENGTH_UNITS, NeurbsError
 from neurbs.io.point_cloud import Columns
 from neurbs.io.units import symbol
 
-_HORIZONTAL = (
+HORIZONTAL = (
     ("x", "y"),
     ("easting", "northing"),
     ("eastings", "northings"),
@@ -32,9 +32,9 @@ _HORIZONTAL = (
 )
 """Pairs of names for x and y."""
 
-_VERTICAL = (
+VERTICAL = (
     "z", "height", "elevation", "elev", "ele", "altitude", "alt", "ellipsoidalheight",
-    "orthometricheight", "msl", "hae", "h", "rl", "level", "höhe", "hoehe", "h\ufffdhe", "hohe",
+    "orthometricheight", "msl", "hae", "h", "rl", "level", "höhe", "hoehe", "h\ufffdhe",
     "cota", "cote", "depth", "tiefe", "tvdss", "tvd", "bathymetry", "points2", "pz",
     "z0", "x3",
 )  # fmt: skip
@@ -46,7 +46,11 @@ _NUMBERS = {
 }  # fmt: skip
 """Names for the number or name of a point."""
 
-_NORMALS = (("nx", "normalx"), ("ny", "normaly"), ("nz", "normalz"))
+_NORMALS = (
+    ("nx", "normalx", "normals0"),
+    ("ny", "normaly", "normals1"),
+    ("nz", "normalz", "normals2"),
+)
 _COLORS = (("red", "r"), ("green", "g"), ("blue", "b"))
 """Names of the columns of normals and colors."""
 
@@ -100,8 +104,8 @@ class Header:
     @property
     def horizontal(self) -> tuple[int, int] | None:
         """The columns of x and y, if both have names."""
-        keys = self._keys
-        for x, y in _HORIZONTAL:
+        keys = self.keys
+        for x, y in HORIZONTAL:
             if x in keys and y in keys:
                 return keys.index(x), keys.index(y)
         return None
@@ -109,8 +113,8 @@ class Header:
     @property
     def vertical(self) -> int | None:
         """The column of z, if it has a name."""
-        keys = self._keys
-        return next((keys.index(name) for name in _VERTICAL if name in keys), None)
+        keys = self.keys
+        return next((keys.index(name) for name in VERTICAL if name in keys), None)
 
     @property
     def axes(self) -> tuple[int, ...]:
@@ -125,9 +129,9 @@ class Header:
     @property
     def has_some_axes(self) -> bool:
         """Whether one of the coordinates has a name."""
-        known = {name for pair in _HORIZONTAL for name in pair} | {*_VERTICAL}
+        known = {name for pair in HORIZONTAL for name in pair} | {*VERTICAL}
         # Other letters are often names of something else.
-        return any(key in known and (len(key) > 1 or key in "xyz") for key in self._keys if key)
+        return any(key in known and (len(key) > 1 or key in "xyz") for key in self.keys if key)
 
     @property
     def is_units(self) -> bool:
@@ -150,7 +154,7 @@ class Header:
     @property
     def numbers_points(self) -> bool:
         """Whether the first column's name is one for the number of a point."""
-        return bool(self.names) and self._keys[0] in _NUMBERS
+        return bool(self.names) and self.keys[0] in _NUMBERS
 
     def with_units(self, units: Header) -> Header:
         """Return the header with the units of another line, if it has none."""
@@ -196,12 +200,12 @@ class Header:
             )
 
     @property
-    def _keys(self) -> list[str]:
+    def keys(self) -> list[str]:
         """The names without separators and fillers."""
         return [_FILLERS.sub("", _SEPARATORS.sub("", name)) for name in self.names]
 
     def _all_found(self, columns: tuple[tuple[str, ...], ...]) -> tuple[int, ...]:
-        keys = self._keys
+        keys = self.keys
         found = [
             next((keys.index(name) for name in names if name in keys), None) for names in columns
         ]

@@ -6,13 +6,23 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import accumulate
 
 from neurbs.io.table import MISSING, Layout, is_number
 
-SAMPLE = 1000
-"""Most rows that are looked at."""
+SAMPLE, _CHARACTERS = 1000, 1 << 20
+"""Most rows that are looked at, and most characters of them."""
+
+MAX_ROW = 1 << 16
+"""Most characters of the first row, and of a line above it."""
 
 _INTEGER = re.compile(r"\+?\d{1,15}")
+
+
+def check_length(line: int, text: str) -> None:
+    """Raise a ValueError if a row is too long for a table of points."""
+    if len(text) > MAX_ROW:
+        raise ValueError(f"line {line} has more than {MAX_ROW:,} characters")
 
 
 @dataclass(frozen=True)
@@ -32,8 +42,17 @@ class Sample:
 
     @classmethod
     def of(cls, rows: Sequence[tuple[int, str]], layout: Layout) -> Sample:
-        """Split rows."""
-        split = [layout.split(text) for _, text in rows[:SAMPLE]]
+        """Split rows.
+
+        Raises
+        ------
+        ValueError
+            If the first row is too long for a table of points.
+        """
+        check_length(*rows[0])
+        lengths = accumulate(len(text) for _, text in rows[:SAMPLE])
+        count = sum(1 for length in lengths if length <= _CHARACTERS)
+        split = [layout.split(text) for _, text in rows[:count]]
         return cls(rows[0][0], [fields for fields in split if len(fields) == len(split[0])])
 
     @property
