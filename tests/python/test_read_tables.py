@@ -290,6 +290,7 @@ def test_a_row_of_units_gives_the_unit(tmp_path: Path) -> None:
         (",0,1,2\n0,1.5,2,3\n1,4,5,6\n", [[1.5, 2, 3], [4, 5, 6]], "header, .*; column 0 counts"),
         ("a,b,c\n1,2,3\n", [[1, 2, 3]], "the names 'a', 'b', 'c' are not known"),
         ("x,y,value\n1,2,3\n", [[1, 2, 3]], "z has no known name"),
+        ("x y z\n9 8q 7q\n1 2 3\n", [[1, 2, 3]], "line 2, '9 8q 7q', is read as a header"),
         ("Hill 12 March 2024\n1 2 3\n4 5 6\n", [[1, 2, 3], [4, 5, 6]], "line 1, .* as a title"),
     ],
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections import deque
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
 from typing import TypeAlias
@@ -99,7 +99,17 @@ def preamble(path: Path) -> Preamble:
         raise NeurbsError(f"{path}: must have at least one point, but {but}")
     if count is not None and len(detect_layout(first[0][1]).split(first[0][1])) < 2:
         return Preamble(rows - 1, Header(), None, [(count[1], str(count[0]))])
-    return _without_titles(Preamble(rows, _header([*above], first), count, first))
+    header = _header([*above], first)
+    return _without_titles(Preamble(rows, header, count, first, _lost([*above], header)))
+
+
+def _lost(above: list[_Line], header: Header) -> str | None:
+    """Say which line behind the names may be a damaged point, as it has a number."""
+    for number, text, _ in above:
+        fields = detect_layout(text).split(text) if text and number > header.line > 0 else []
+        if any(is_number(field) for field in fields):
+            return f"line {number}, {shown(text.strip())}, is read as a header, not as a point"
+    return None
 
 
 def _without_titles(found: Preamble) -> Preamble:
@@ -116,7 +126,7 @@ def _without_titles(found: Preamble) -> Preamble:
         guess = f"line {line}, {shown(text.strip())}, is read as a title, not as a point"
     else:
         return found
-    return Preamble(found.rows + 1, found.header, found.count, rest, guess)
+    return replace(found, rows=found.rows + 1, first=rest, guess=guess)
 
 
 def _is_title(text: str, second: str, third: str) -> bool:
