@@ -7,7 +7,7 @@ import functools
 import os
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,6 +21,9 @@ from neurbs.som import SelfOrganizingMap
 
 if TYPE_CHECKING:
     from neurbs.io import PointCloud
+
+_LENGTHS: tuple[Literal["mm", "cm", "m", "in", "ft"], ...] = ("mm", "cm", "m", "in", "ft")
+"""The units of shells."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -185,7 +188,8 @@ def in_unit_of(points: object, result: Reconstruction) -> Reconstruction:
     if not isinstance(unit, str):
         return result
     # A shell keeps lengths only.
-    shell = result.shell.to_unit(unit) if unit in _core.LENGTH_UNITS else result.shell
+    length = next((length for length in _LENGTHS if length == unit), None)
+    shell = result.shell if length is None else result.shell.to_unit(length)
     return dataclasses.replace(result, unit=unit, shell=shell)
 
 

@@ -104,7 +104,7 @@ def _of_points(cloud: PointCloud) -> dict[str, Any]:
         "normals": cloud.normals is not None,
         "colors": cloud.colors is not None,
     }
-    known = {"crs": cloud.crs, "offset": cloud.offset}
+    known = {"columns": cloud.columns, "crs": cloud.crs, "offset": cloud.offset}
     return facts | {name: value for name, value in known.items() if value is not None}
 
 

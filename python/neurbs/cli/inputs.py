@@ -14,6 +14,7 @@ from neurbs import NurbsSurface, PointCloud, Shell, io
 from neurbs.cli.completion import of_words
 from neurbs.cli.options import FILES
 from neurbs.io.obj import is_free_form
+from neurbs.io.packed import name_of
 from neurbs.io.point_readers import warn_dropped
 
 Surface: TypeAlias = Annotated[
@@ -78,7 +79,7 @@ def read_point_cloud(
     """Read the points of a file with their attributes, and warn of dropped points."""
     cloud = neurbs.read_point_cloud(path, unit=unit, **_given(columns, nan))
     if nan == "drop":
-        warn_dropped(path, cloud.dropped, len(cloud))
+        warn_dropped(name_of(path), cloud.dropped - cloud.no_data, len(cloud))
     return cloud
 
 

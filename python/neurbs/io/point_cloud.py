@@ -47,6 +47,10 @@ class PointCloud:
         The origin of the coordinates in the file. It has been added to the points.
     dropped : int, default 0
         Number of points of the file that were left out: not finite, or marked as not measured.
+    no_data : int, default 0
+        How many of them the file marks as not measured, such as cells of a grid without data.
+    columns : str, optional
+        Which columns of a table were read as coordinates.
 
     Examples
     --------
@@ -67,6 +71,8 @@ class PointCloud:
     crs: str | None = None
     offset: tuple[float, float, float] | None = None
     dropped: int = 0
+    no_data: int = 0
+    columns: str | None = None
 
     def __post_init__(self) -> None:
         """Convert the attributes to arrays of the right types, and check their shapes."""
@@ -188,12 +194,15 @@ class Block:
         Colors of any number type; see `as_bytes`.
     dropped : int
         Number of points that the file marks as not measured.
+    not_finite : int
+        Number of points that were left out because they are not finite.
     """
 
     points: NDArray[Any]
     normals: NDArray[Any] | None = None
     colors: NDArray[Any] | None = None
     dropped: int = 0
+    not_finite: int = 0
 
     def only(self, rows: NDArray[np.bool_]) -> Block:
         """Return the block with some rows only; the others are added to `dropped`."""
@@ -203,6 +212,22 @@ class Block:
 
         dropped = self.dropped + int(np.count_nonzero(~rows))
         return Block(self.points[rows], kept(self.normals), kept(self.colors), dropped)
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """A reason to doubt the points of a file.
+
+    Attributes
+    ----------
+    code : str
+        The code of its warning; see `neurbs.diagnostics.READER_CODES`.
+    message : str
+        Cause and remedy.
+    """
+
+    code: str
+    message: str
 
 
 @dataclass(frozen=True)
@@ -217,8 +242,10 @@ class PointSource:
         Largest number of points by the header, for which memory is allocated; 0 if unknown.
     unit, crs, offset
         As in `PointCloud`.
-    doubts : list of str
-        Reasons to doubt the points, complete after the last block.
+    doubts : list of Doubt
+        Complete after the last block.
+    columns
+        As in `PointCloud`.
     """
 
     blocks: Iterator[Block]
@@ -226,7 +253,8 @@ class PointSource:
     unit: str | None = None
     crs: str | None = None
     offset: tuple[float, float, float] | None = None
-    doubts: list[str] = field(default_factory=list)
+    doubts: list[Doubt] = field(default_factory=list)
+    columns: str | None = None
 
     def to_unit(self, unit: str | None) -> PointSource:
         """Convert coordinates to a unit while they are read; None changes nothing.
