@@ -4,7 +4,10 @@ They hold 60 points, a mesh of 5 x 4 vertices, one surface, or the six faces of 
 the same each time, but for the identifiers and dates in Rhino's.
 """
 
+import base64
 import datetime
+import gzip
+import json
 import re
 import struct
 import warnings
@@ -50,6 +53,85 @@ def write_pts(path: Path) -> None:
     path.write_text(
         "60\n" + "".join("{} {} {} {:.0f} {:.0f} {:.0f} {:.0f}\n".format(*r) for r in rows)
     )
+
+
+def write_grass(path: Path) -> None:
+    head = "north: 20\nsouth: 8\neast: 25\nwest: 5\nrows: 6\ncols: 10\nnull: -9999\n"
+    rows = POINTS[:, 2].reshape(6, 10).tolist()
+    path.write_text(head + "".join(" ".join(map(repr, row)) + "\n" for row in rows))
+
+
+def write_survey(path: Path) -> None:
+    rows = [f"{i},{x},{y},{z},P{i}" for i, (x, y, z) in enumerate(POINTS.tolist(), start=1)]
+    path.write_text("Survey\nNo,East,North,Height,Code\n,m,m,m,\n" + "\n".join(rows) + "\n")
+
+
+def write_ptx(path: Path) -> None:
+    head = "10\n3\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n0 1 0 0\n-1 0 0 0\n0 0 1 0\n5 6 7 1\n"
+    rows = np.column_stack([POINTS, np.full(60, 0.5), COLORS]).tolist()
+    lines = ["{} {} {} {} {:.0f} {:.0f} {:.0f}\n".format(*row) for row in rows]
+    path.write_text(head + "".join(lines[:30]) + head + "".join(lines[30:]))
+
+
+def write_lists(path: Path) -> None:
+    """Write a PLY file with a list of 0 to 2 numbers in each vertex."""
+    head = (
+        "ply\nformat binary_little_endian 1.0\nelement vertex 60\nproperty list uchar int seen\n"
+        "property double x\nproperty double y\nproperty double z\nend_header\n"
+    )
+    rows = [bytes([i % 3]) + bytes(4 * (i % 3)) + point.tobytes() for i, point in enumerate(POINTS)]
+    path.write_bytes(head.encode() + b"".join(rows))
+
+
+def write_fields(path: Path) -> None:
+    table = np.zeros(60, [("label", "U2"), *((axis, "f8") for axis in "xyz")])
+    for i, axis in enumerate("xyz"):
+        table[axis] = POINTS[:, i]
+    np.save(path, table)
+
+
+def write_packed(path: Path) -> None:
+    """Write a packed table, or a packed cloud with attributes."""
+    if path.suffix == ".gz":
+        path.write_bytes(
+            gzip.compress(
+                "".join(f"{x} {y} {z}\n" for x, y, z in POINTS.tolist()).encode(), mtime=0
+            )
+        )
+        return
+    from backports import zstd
+
+    inner = path.with_suffix(".ply")
+    neurbs.save(CLOUD, inner)
+    path.write_bytes(zstd.compress(inner.read_bytes()))
+    inner.unlink()
+
+
+def write_gltf(path: Path) -> None:
+    """Write a mesh whose buffer is in the file."""
+    mesh = surface().tessellate(shape=(5, 4)).to_trimesh()
+    parts = mesh.scene().export(file_type="gltf", merge_buffers=True)
+    document = json.loads(parts["model.gltf"])
+    for buffer in document["buffers"]:
+        data = base64.b64encode(parts[buffer["uri"]]).decode()
+        buffer["uri"] = f"data:application/octet-stream;base64,{data}"
+    path.write_text(json.dumps(document))
+
+
+def write_3mf(path: Path) -> None:
+    scene = surface().tessellate(shape=(5, 4)).to_trimesh().scene()
+    path.write_bytes(scene.export(file_type="3mf"))
+
+
+def write_nodes(path: Path) -> None:
+    import pyvista
+
+    if path.suffix == ".vti":
+        data: Any = pyvista.ImageData(dimensions=(5, 4, 3), spacing=(1, 2, 3), origin=(5, 6, 7))
+    else:
+        data = pyvista.StructuredGrid(*(POINTS[:, i].reshape(5, 4, 3) for i in range(3)))
+    data["height"] = np.arange(60.0)
+    data.save(path, binary=False)
 
 
 def write_trimesh(path: Path, **options: Any) -> None:
@@ -163,7 +245,17 @@ FORMATS: dict[str, Callable[[Path], object]] = {
     ".csv": lambda path: neurbs.save(CLOUD, path),
     "table.asc": write_table,
     "grid.asc": write_grid,
+    "grass.asc": write_grass,
+    "survey.csv": write_survey,
+    ".dat": write_survey,
+    ".xyzrgb": lambda path: np.savetxt(path, np.column_stack([POINTS, COLORS]), fmt="%.3f"),
+    ".xyzn": lambda path: np.savetxt(path, np.column_stack([POINTS, NORMALS]), fmt="%.3f"),
     ".pts": write_pts,
+    ".ptx": write_ptx,
+    "xyz.gz": write_packed,
+    "ply.zst": write_packed,
+    "fields.npy": write_fields,
+    "lists.ply": write_lists,
     ".npy": lambda path: np.save(path, POINTS),
     ".npz": lambda path: np.savez_compressed(path, points=POINTS),
     "ascii.ply": lambda path: write_trimesh(path, encoding="ascii"),
@@ -174,6 +266,9 @@ FORMATS: dict[str, Callable[[Path], object]] = {
     "binary.stl": write_mesh,
     ".off": write_mesh,
     ".glb": write_mesh,
+    ".gltf": write_gltf,
+    ".dae": write_trimesh,
+    ".3mf": write_3mf,
     ".las": write_las,
     ".laz": write_las,
     ".e57": write_e57,
@@ -186,6 +281,8 @@ FORMATS: dict[str, Callable[[Path], object]] = {
     "ascii.vtu": lambda path: write_vtk(path, "ascii"),
     "raw.vtu": lambda path: write_vtk(path, "raw"),
     "zlib.vtu": lambda path: write_vtk(path, "zlib"),
+    ".vti": write_nodes,
+    ".vts": write_nodes,
     ".tif": write_tif,
     ".json": write_surface,
     ".3dm": write_surface,
@@ -194,9 +291,11 @@ FORMATS: dict[str, Callable[[Path], object]] = {
     ".iges": write_surface,
     "box.iges": write_box,
 }
-ENDLESS = {".xyz", ".txt", ".csv", "table.asc", ".obj"}
+ENDLESS = {".xyz", ".txt", ".csv", "survey.csv", ".dat", ".xyzrgb", ".xyzn", "table.asc", ".obj"}
 """Formats without end mark and count: a cut cannot be seen."""
-COUNTED_TEXT = {"grid.asc", ".pts", "ascii.ply", ".off", "ascii.pcd", "ascii.vtk"}
+COUNTED_TEXT = {
+    "grid.asc", "grass.asc", ".pts", ".ptx", "ascii.ply", ".off", "ascii.pcd", "ascii.vtk",
+}  # fmt: skip
 """Text without end mark: a cut can be seen if it takes a whole word."""
 
 
@@ -244,7 +343,9 @@ def is_cut(name: str, content: bytes, place: int) -> bool:
     if name in ENDLESS:
         return False
     # Sections that nothing before them announces: without them a file is complete.
-    optional = (b"\nPOLYGONS ", b"\nPOINT_DATA ") if suffix_of(name) == ".vtk" else ()
+    optional = {".vtk": (b"\nPOLYGONS ", b"\nPOINT_DATA "), ".ptx": (b"\n10\n3\n",)}.get(
+        suffix_of(name), ()
+    )
     ends = [content.index(section) + 1 for section in optional]
     return not any(_last_word(name, content[:end]) <= place <= end for end in ends) and (
         place < _last_word(name, content)

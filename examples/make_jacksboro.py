@@ -29,7 +29,7 @@ def main() -> None:
     chosen = np.random.default_rng(SEED).choice(heights.size, POINTS, replace=False)
     row, col = np.unravel_index(chosen, heights.shape)
     points = np.column_stack([col * dx, (len(heights) - 1 - row) * dy, heights[row, col]])
-    header = "Jacksboro fault, SRTM (public domain): x east, y north, z up, in meters"
+    header = "Jacksboro fault, SRTM (public domain): x east, y north, z up\nx[m] y[m] z[m]"
     np.savetxt(out, points, fmt=("%.1f", "%.1f", "%d"), header=header)
 
 

@@ -13,7 +13,7 @@ import neurbs
 
 def main() -> None:
     """Reconstruct, print the report and write the files."""
-    points = neurbs.read_points(Path(__file__).with_name("jacksboro.xyz"))
+    points = neurbs.read_point_cloud(Path(__file__).with_name("jacksboro.xyz"))
     result = neurbs.reconstruct(points)
     print(result.report)
     for suffix in ("step", "obj", "png"):

@@ -12,12 +12,19 @@ from neurbs import _core
 
 if TYPE_CHECKING:
     from neurbs import NurbsSurface, Reconstruction, Shell
+    from neurbs.io import PointCloud
 
 _CHUNK = 1_000_000
 """Points whose normals are computed at a time, to bound the memory."""
 
 _POINTS_PER_BIN = 6
 """Mean number of points in a bin over (u, v)."""
+
+SAMPLES = 20_000
+"""Points that stand for the area of a shell."""
+
+_R2 = np.array([0.7548776662466927, 0.5698402909980532])
+"""1/g and 1/g² for the root g of x³ = x + 1."""
 
 _MAX_BINS = 128
 """Largest number of bins along u and along v."""
@@ -39,13 +46,14 @@ class Deviation:
     signed: NDArray[np.float64]
 
     @classmethod
-    def of(cls, surface: NurbsSurface | Shell, points: ArrayLike) -> Deviation:
-        """Measure the deviation of points from a surface or a shell.
+    def of(cls, surface: NurbsSurface | Shell | PointCloud, points: ArrayLike) -> Deviation:
+        """Measure the deviation of points from a surface, a shell or a cloud.
 
         Parameters
         ----------
-        surface : NurbsSurface or Shell
-            The surface or shell.
+        surface : NurbsSurface, Shell or PointCloud
+            The reference. The distance from a cloud is that to its nearest point: it is never
+            negative, and `uv` is empty.
         points : array_like of shape (n, 3) or (n, 2)
             The points.
 
@@ -63,6 +71,8 @@ class Deviation:
         points = _core.as_points(points)
         if isinstance(surface, _core.Shell):
             return cls._of_shell(surface, points)
+        if not isinstance(surface, _core.NurbsSurface):
+            return cls(np.empty((0, 2)), _core.cloud_distances(surface, points))
         projections = surface.closest_points(points)
         return cls._with_signs(surface, points, projections.uv, projections.distances)
 
@@ -179,3 +189,30 @@ def _sampled(
         share = (places - first)[:, None]
         grid = ((1 - share) * grid[first] + share * grid[first + 1]).T
     return grid
+
+
+def sampled(shell: Shell, count: int = SAMPLES) -> NDArray[np.float64]:
+    """Return points that are spread evenly over the area of a shell.
+
+    Examples
+    --------
+    >>> import neurbs
+    >>> from neurbs.deviation import sampled
+    >>> ball = neurbs.Shell(neurbs.NurbsSurface.sphere([0, 0, 0], 2.0))
+    >>> points = sampled(ball, 1000)
+    >>> bool(np.allclose(np.linalg.norm(points, axis=1), 2.0))
+    True
+    """
+    mesh = shell.tessellate()
+    corners = mesh.vertices[mesh.triangles]
+    sides = corners[:, 1:] - corners[:, :1]
+    areas = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).cumsum()
+    steps = np.arange(count)
+    at = np.minimum(areas.searchsorted((steps + 0.5) / count * areas[-1]), len(areas) - 1)
+    # The R2 sequence of M. Roberts (2018), folded onto the half of a square that is a triangle.
+    shares = (0.5 + steps[:, None] * _R2) % 1
+    outside = shares.sum(axis=1) > 1
+    shares[outside] = 1 - shares[outside]
+    points = corners[at, 0] + np.einsum("ij,ijk->ik", shares, sides[at])
+    # From the triangles onto the faces.
+    return np.asarray(shell.closest_points(points).points)

@@ -15,9 +15,9 @@ from neurbs import _core
 
 
 class NeurbsWarning(UserWarning):
-    """The base class of all warnings about points and surfaces.
+    """The base class of all warnings about points, their files, and surfaces.
 
-    Each code of `Diagnostic` has a subclass, which programs can filter.
+    Each code has a subclass, which programs can filter.
 
     Attributes
     ----------
@@ -48,18 +48,32 @@ def _category(code: str, meaning: str) -> type[NeurbsWarning]:
     return type(name, (NeurbsWarning,), members)
 
 
-CATEGORIES = {code: _category(code, meaning) for code, meaning in _core.DIAGNOSTIC_CODES}
+READER_CODES = [
+    ("columns-guessed", "The columns of the coordinates in a table are a guess."),
+    ("control-points", "Points that were read are control points of surfaces."),
+    ("crs-unknown", "A file has a reference system that cannot be read."),
+    ("points-dropped", "Points that are not finite were left out."),
+]
+"""Codes and meanings of warnings about files of points."""
+
+CATEGORIES = {
+    code: _category(code, meaning) for code, meaning in [*_core.DIAGNOSTIC_CODES, *READER_CODES]
+}
 """The warning class of each code."""
 
 ClosedBodyWarning = CATEGORIES["closed-body"]
+ColumnsGuessedWarning = CATEGORIES["columns-guessed"]
 ComponentsWarning = CATEGORIES["components"]
+ControlPointsWarning = CATEGORIES["control-points"]
 ConvergenceWarning = CATEGORIES["not-settled"]
+CrsUnknownWarning = CATEGORIES["crs-unknown"]
 FoldedWarning = CATEGORIES["folded"]
 KindDoubtfulWarning = CATEGORIES["kind-doubtful"]
 LeftOutWarning = CATEGORIES["left-out"]
 MixedUnitsWarning = CATEGORIES["mixed-units"]
 NoDataWarning = CATEGORIES["no-data"]
 OvershootWarning = CATEGORIES["overshoot"]
+PointsDroppedWarning = CATEGORIES["points-dropped"]
 RegionsWarning = CATEGORIES["regions"]
 ThickWarning = CATEGORIES["thick"]
 ToleranceMissedWarning = CATEGORIES["tolerance-missed"]

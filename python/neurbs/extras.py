@@ -15,9 +15,13 @@ from typing import Any
 from neurbs._core import NeurbsError
 
 _EXTRAS = {
+    "backports": ("backports.zstd", "io"),
+    "collada": ("pycollada", "io"),
     "OCP": ("cadquery-ocp-novtk", "cad"),
     "laspy": ("laspy[lazrs]", "io"),
+    "lxml": ("lxml", "io"),
     "lzf": ("python-neo-lzf", "io"),
+    "networkx": ("networkx", "io"),
     "matplotlib": ("matplotlib", "plot"),
     "plotly": ("plotly", "report"),
     "pye57": ("pye57", "io"),

@@ -7,7 +7,7 @@ import functools
 import os
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,6 +21,9 @@ from neurbs.som import SelfOrganizingMap
 
 if TYPE_CHECKING:
     from neurbs.io import PointCloud
+
+_LENGTHS: tuple[Literal["mm", "cm", "m", "in", "ft"], ...] = ("mm", "cm", "m", "in", "ft")
+"""The units of shells."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -52,6 +55,8 @@ class Reconstruction:
     history : list of (str, int, float)
         Stage, step and error in the points' unit, for each epoch of the training and each later
         step.
+    unit : str, optional
+        The unit of the points, if they are a `PointCloud` that has one.
     """
 
     points: NDArray[np.float64] = dataclasses.field(repr=False)
@@ -64,6 +69,7 @@ class Reconstruction:
     report: Report = dataclasses.field(repr=False)
     settings: dict[str, Any] = dataclasses.field(default_factory=dict, repr=False)
     history: list[tuple[str, int, float]] = dataclasses.field(default_factory=list, repr=False)
+    unit: str | None = None
 
     if not TYPE_CHECKING:  # Type checkers must report missing attributes.
 
@@ -89,11 +95,13 @@ class Reconstruction:
         """
         return self.shell.tessellate()
 
-    def save(self, path: str | os.PathLike[str]) -> None:
+    def save(
+        self, path: str | os.PathLike[str], *, unit: str | None = None, pcurves: bool = True
+    ) -> None:
         """Write surface, mesh, picture or report to a file, by its suffix: see `neurbs.save`."""
         from neurbs import io
 
-        io.save(self, path)
+        io.save(self, path, unit=unit, pcurves=pcurves)
 
     def _file_parts(self) -> dict[str, Callable[[], Any]]:
         """Return the parts that files can store, in order of preference, for `neurbs.save`."""
@@ -114,7 +122,7 @@ class Reconstruction:
         from neurbs.io import PointCloud
 
         distances = self.surface.closest_points(self.points).distances
-        return PointCloud(self.points, distances=distances)
+        return PointCloud(self.points, distances=distances, unit=self.unit)
 
     def plot(
         self,
@@ -171,6 +179,18 @@ def scattered(points: ArrayLike) -> NDArray[np.float64]:
             "use NurbsSurface.interpolate or NurbsSurface.approximate",
         )
     return _core.as_points(points)
+
+
+def in_unit_of(points: object, result: Reconstruction) -> Reconstruction:
+    """Return a result in the unit of its points, if they are a `PointCloud` that has one."""
+    # Not by its class, whose module would be loaded.
+    unit = getattr(points, "unit", None)
+    if not isinstance(unit, str):
+        return result
+    # A shell keeps lengths only.
+    length = next((length for length in _LENGTHS if length == unit), None)
+    shell = result.shell if length is None else result.shell.to_unit(length)
+    return dataclasses.replace(result, unit=unit, shell=shell)
 
 
 def wrapped(

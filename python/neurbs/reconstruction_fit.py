@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from neurbs import _core, diagnostics
 from neurbs import reconstruction_chunks as chunks
 from neurbs.errors import argument_error
-from neurbs.reconstruction import Reconstruction, scattered, wrapped
+from neurbs.reconstruction import Reconstruction, in_unit_of, scattered, wrapped
 from neurbs.renamed import without_old_keywords
 
 _MIN_POINTS = 4
@@ -238,6 +238,7 @@ def reconstruct(
         found = [_of_chunks(points, options, progress, start)]
     else:
         found = [_of_scattered(scattered(points), options, progress, start)]
+    found = [in_unit_of(points, result) for result in found]
     for result in found:
         # The caller is one level farther away, because this function is wrapped.
         diagnostics.warn(result.report.diagnostics, stacklevel=3)

@@ -9,7 +9,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from neurbs import _core, diagnostics
-from neurbs.reconstruction import Reconstruction, scattered, wrapped
+from neurbs.reconstruction import Reconstruction, in_unit_of, scattered, wrapped
 
 
 def reconstruct_paper(
@@ -101,5 +101,6 @@ def reconstruct_paper(
     converted = scattered(points)
     found = _core.reconstruct_paper(converted, options, progress)
     result = wrapped(converted, found, options, start)
+    result = in_unit_of(points, result)
     diagnostics.warn(result.report.diagnostics, stacklevel=2)
     return result

@@ -3,6 +3,7 @@
 /// The unit of length of the coordinates of a shell or a CAD file.
 ///
 /// The unit is a label: coordinates are written unchanged, and readers convert them.
+/// [`Shell::to_unit`](crate::Shell::to_unit) converts the coordinates.
 ///
 /// ```
 /// use neurbs::LengthUnit;

@@ -166,6 +166,31 @@ impl Shell {
         Self { unit, ..self }
     }
 
+    /// The shell in another unit: coordinates are converted, and the size stays. A shell without a
+    /// unit keeps its coordinates and gets this one.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, Face, LengthUnit, NurbsSurface, Shell};
+    /// let sphere = Face::whole(NurbsSurface::sphere(DVec3::ZERO, 1.0)?)?;
+    /// let inches = Shell::new(vec![sphere], None)?.to_unit(LengthUnit::Inch)?;
+    /// let millimeters = inches.to_unit(LengthUnit::Millimeter)?;
+    /// assert_eq!(millimeters.vertices()[0], DVec3::new(0.0, 0.0, -25.4));
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Net`] if a coordinate overflows.
+    pub fn to_unit(&self, unit: LengthUnit) -> Result<Self> {
+        let own = self.unit.unwrap_or(unit);
+        if own == unit {
+            return Ok(self.clone().with_unit(Some(unit)));
+        }
+        let factor = own.in_millimeters() / unit.in_millimeters();
+        let scaled = self.transformed(&DAffine3::from_scale(DVec3::splat(factor)))?;
+        Ok(scaled.with_unit(Some(unit)))
+    }
+
     /// Whether there are no border edges.
     #[must_use]
     pub fn is_closed(&self) -> bool {

@@ -269,6 +269,38 @@ impl<'a> KdTree<'a> {
         Ok(answers)
     }
 
+    /// The distance from each place to the nearest of the tree's points; infinite without points.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, cloud::KdTree, progress::Silent};
+    /// let tree_points = [DVec3::ZERO, DVec3::X];
+    /// let places = [DVec3::new(0.0, 0.0, 2.0), DVec3::new(4.0, 0.0, 0.0)];
+    /// let found = KdTree::new(&tree_points).distances(&places, &mut Silent)?;
+    /// assert_eq!(found, [2.0, 3.0]);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`crate::Error::Interrupted`] if the observer stops it.
+    pub fn distances(&self, places: &[DVec3], observer: &mut dyn Observer) -> Result<Vec<f64>> {
+        let mut distances = Vec::with_capacity(places.len());
+        for batch in places.chunks(POINTS_PER_REPORT) {
+            let (done, total) = (distances.len() as u64, places.len());
+            report(observer, &Progress::of_stage(Stage::Measuring, done, total as u64, total))?;
+            let measured = batch.par_chunks(POINTS_PER_TASK).flat_map_iter(|places| {
+                let mut found = Vec::with_capacity(1);
+                let mut distance = |&place: &DVec3| {
+                    self.nearest_where(place, 1, f64::INFINITY, &mut found, |_| true);
+                    found.first().map_or(f64::INFINITY, Neighbor::distance)
+                };
+                places.iter().map(&mut distance).collect::<Vec<f64>>()
+            });
+            distances.extend(install(|| measured.collect::<Vec<f64>>()));
+        }
+        Ok(distances)
+    }
+
     /// Visits the points of the whole tree, nearer boxes first.
     fn visit(&self, place: DVec3, search: &mut impl Search) {
         let offset = (self.bounds.min - place).max(place - self.bounds.max).max(DVec3::ZERO);

@@ -13,6 +13,7 @@ use super::face::Face;
 use super::face_points::FacePoints;
 use super::measure::DEFAULT_ACCURACY;
 use super::mesh::TriangleMesh;
+use super::save::save;
 use super::shell::Shell;
 use super::tessellation::options;
 
@@ -23,16 +24,6 @@ fn corners(
 ) -> PyResult<(Array<'_>, Array<'_>)> {
     let corner = |point: glam::DVec3| arrays::filled(py, None, &point.to_array());
     Ok((corner(low)?, corner(high)?))
-}
-
-/// Calls `neurbs.save` with keyword arguments.
-fn save(
-    thing: &Bound<'_, PyAny>,
-    path: &Bound<'_, PyAny>,
-    options: Option<&Bound<'_, PyDict>>,
-) -> PyResult<()> {
-    let neurbs = thing.py().import("neurbs")?;
-    neurbs.call_method("save", (thing, path), options).map(|_| ())
 }
 
 #[pymethods]

@@ -9,6 +9,7 @@ use pyo3::types::PyDict;
 
 use super::arrays::{self, Numbers};
 use super::call;
+use super::save::save;
 use crate::error::Result;
 use crate::mesh::{
     self, DistanceSearch, MeshSlices, MeshView, TessellateOptions, Tessellation, UniformGrid,
@@ -325,9 +326,16 @@ impl TriangleMesh {
     /// Parameters
     /// ----------
     /// path : str or path-like
-    ///     The file. Its suffix selects the format: ``.obj``, ``.ply``, ``.glb`` or ``.stl``.
-    fn save(slf: &Bound<'_, Self>, path: &Bound<'_, PyAny>) -> PyResult<()> {
-        slf.py().import("neurbs")?.call_method1("save", (slf, path)).map(|_| ())
+    ///     The suffix selects the format.
+    /// **options
+    ///     As for :func:`neurbs.save`.
+    #[pyo3(signature = (path, **options))]
+    fn save(
+        slf: &Bound<'_, Self>,
+        path: &Bound<'_, PyAny>,
+        options: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<()> {
+        save(slf, path, options)
     }
 
     /// Convert to a trimesh mesh with vertex normals. Nothing is merged or reordered.

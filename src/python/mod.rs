@@ -40,6 +40,7 @@ mod primitives;
 mod progress;
 mod reconstruct;
 mod recover_net;
+mod save;
 mod shell;
 mod som;
 mod som_options;
@@ -87,7 +88,9 @@ mod _core {
     #[pymodule_export]
     use super::mesh::TriangleMesh;
     #[pymodule_export]
-    use super::preparation::{Cleaning, Components, EvenSample, clean, components};
+    use super::preparation::{
+        Cleaning, Components, EvenSample, clean, cloud_distances, components,
+    };
     #[pymodule_export]
     use super::progress::Progress;
     #[pymodule_export]

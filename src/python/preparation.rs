@@ -177,6 +177,35 @@ pub(super) fn components(
     Ok(Components { labels: integers(py, &labels)?, sizes: found.sizes, gap: found.gap })
 }
 
+/// Measure the distance from each point to the nearest point of a cloud.
+///
+/// Parameters
+/// ----------
+/// cloud : array_like of shape (m, 3) or (m, 2)
+///     Finite points.
+/// points : array_like of shape (n, 3) or (n, 2)
+///     Finite points.
+///
+/// Returns
+/// -------
+/// ndarray of shape (n,)
+///     float64, in the points' unit; infinite for an empty cloud.
+#[pyfunction]
+pub(super) fn cloud_distances<'py>(
+    cloud: &Bound<'py, PyAny>,
+    points: &Bound<'py, PyAny>,
+) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    let py = points.py();
+    let (cloud, points) = (Numbers::points(cloud, "cloud")?, Numbers::points(points, "points")?);
+    let (cloud, points): (&[DVec3], &[DVec3]) = (cloud.as_slice()?, points.as_slice()?);
+    let distances = call::run(py, None, |watcher| {
+        cloud::check_finite(cloud)?;
+        cloud::check_finite(points)?;
+        cloud::KdTree::over(cloud, watcher)?.distances(points, watcher)
+    })?;
+    Ok(PyArray1::from_vec(py, distances))
+}
+
 /// EvenSample(most)
 /// --
 ///

@@ -286,6 +286,34 @@ impl Shell {
         Ok(self.core.transformed(&affine(matrix)?)?.into())
     }
 
+    /// Convert the shell to another unit: the numbers change, the size stays.
+    ///
+    /// Parameters
+    /// ----------
+    /// unit : {"mm", "cm", "m", "in", "ft"}
+    ///     The new unit. A shell without a unit gets it, with its numbers unchanged.
+    ///
+    /// Returns
+    /// -------
+    /// Shell
+    ///     With this unit, the tolerance converted too.
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If the unit is unknown.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> ball = neurbs.Shell(neurbs.NurbsSurface.sphere([0, 0, 0], 2), unit="in")
+    /// >>> ball.to_unit("mm").bounding_box()[1].round(9), ball.to_unit("mm").unit
+    /// (array([50.8, 50.8, 50.8]), 'mm')
+    fn to_unit(&self, unit: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let unit = choice("unit", &LengthUnit::ALL, LengthUnit::symbol, unit)?;
+        Ok(self.core.to_unit(unit)?.into())
+    }
+
     /// The shell as a dict of plain lists and numbers, for example for JSON.
     ///
     /// Returns

@@ -126,7 +126,7 @@ def test_help_has_an_example_and_the_defaults(
     done = command("reconstruct", option)
     assert done.code == 0
     assert "neurbs reconstruct scan.xyz -o scan.step" in done.out
-    assert "(default: 3)" in done.out
+    assert "(default: 40000)" in done.out
     for word in ("--max-control-points", "--strict", "N|each", "X Y Z", ".iges", ".csv", ".png"):
         assert word in done.out
 
@@ -140,7 +140,8 @@ def test_help_has_an_example_and_the_defaults(
         ("reconstruct P", "Missing option '--output' / '-o'"),
         ("reconstruct P -o a.step --speed 1", "No such option: --speed"),
         ("reconstruct P -o a.step --tolerance 0", "'--tolerance': must be .*, got 0"),
-        ("reconstruct P -o a.step --grid 3", "Option '--grid' requires 2 arguments"),
+        ("reconstruct P -o a.step --grid", "Option '--grid' requires 2 arguments"),
+        ("reconstruct P -o a.step --axis-scale 3", "Option '--axis-scale' requires 3 arguments"),
         ("reconstruct P -o a.step --degree three", "'--degree': must be .*, got 'three'"),
         ("reconstruct P -o a.step --degree 2.5", "'--degree': must be .*, got 2.5"),
         ("reconstruct-paper P -o a.step --reach far", "'--reach': must be a number, got 'far'"),

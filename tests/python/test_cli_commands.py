@@ -2,6 +2,7 @@
 
 import json
 import re
+import shlex
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -92,7 +93,7 @@ def test_a_surface_is_tessellated(surface_file: Path, tmp_path: Path, command: C
 
 
 def test_a_wrong_tessellation(surface_file: Path, tmp_path: Path, command: Command) -> None:
-    done = command("tessellate", surface_file, "-o", tmp_path / "a.obj", "--shape", "1", "x")
+    done = command("tessellate", surface_file, "-o", tmp_path / "a.obj", "--shape", "x", "1")
     assert done.code == 2
     assert "'--shape': must be " in done.err
 
@@ -107,9 +108,24 @@ def test_surfaces_and_points_are_converted(
     np.testing.assert_array_equal(
         neurbs.read_points(tmp_path / "points.ply"), neurbs.read_points(points_file)
     )
-    done = command("convert", points_file, tmp_path / "points.step")
+
+
+def test_converting_points_to_a_surface_points_to_reconstruct(
+    tmp_path: Path, terrain_points: NDArray[np.float64], command: Command
+) -> None:
+    cup, target = tmp_path / "my cup.ply", tmp_path / "cup.step"
+    neurbs.save(neurbs.PointCloud(terrain_points), cup)
+    done = command("convert", cup, target, "--unit", "mm", "--nan", "drop")
     assert done.code == 1
-    assert "the content must be a surface or a shell, got a PointCloud" in done.err
+    assert "has points, and .step files are made from a surface" in done.err
+    # The command in the message works as it is.
+    (shown,) = re.findall("`(.*)`", done.err)
+    assert shown == f"neurbs reconstruct '{cup}' -o {target} --nan drop --unit mm"
+    assert command(*shlex.split(shown)[1:], *QUICK).code == 0
+    assert neurbs.load_shell(target).unit == "mm"
+    assert "cup.step" in command("convert", cup, target.with_suffix(".stl")).err.replace(
+        ".stl", ".step"
+    )
 
 
 def test_points_are_compared(

@@ -171,9 +171,12 @@ def test_the_command_line_overrides_the_file(
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        ("[reconstruct]\ngird = [3, 3]\n", "a setting must be one of .*grid.*, got 'gird'"),
+        ("[reconstruct]\ngird = [3, 3]\n", "unknown setting 'gird': did you mean 'grid'"),
         ("[reconstruct]\ngrid = 2026-01-01\n", "grid must be a string, a number"),
         ("reconstruct = 3\n", r"\[reconstruct\] must be a table, got 3"),
+        ("[reconstuct]\ngrid = 3\n", "unknown table 'reconstuct': did you mean 'reconstruct'"),
+        ("grid = 3\n", r"must be in a table of a command, as \[reconstruct\], got 'grid'"),
+        ("[reconstruct]\nxyzzy = 3\n", "unknown setting 'xyzzy': it must be one of .*, tolerance"),
         ("[reconstruct\n", "must be a TOML file, but: "),
         ("[reconstruct]\ngrid = [1, 8]\n", "'--grid': must be .*, got .1, 8."),
         ("[reconstruct]\nseed = 'x'\n", "'--seed': must be .*, got 'x'"),

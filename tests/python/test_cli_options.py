@@ -67,7 +67,7 @@ def test_help_shows_choices_and_the_default_of_the_function() -> None:
         options.Option("solid", "Fill it", ""),
     )
 
-    @options.options_of(function, table)
+    @options.options_of(function, table, "Fit")
     def made(path: str, *, quiet: bool = False, **options: Any) -> None: ...
 
     parameters = inspect.signature(made).parameters

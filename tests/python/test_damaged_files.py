@@ -1,11 +1,12 @@
 """Files that are damaged, are cut short, are no files, or refer to other files."""
 
+import gzip
 import io
-import json
 import os
 import struct
 import subprocess
 import sys
+import time
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -13,7 +14,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-import rasterio
 from vtkmodules.util.numpy_support import numpy_to_vtk
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import (
@@ -47,6 +47,11 @@ DATA ascii
 """
 
 GRID = "ncols 2\nnrows 2\nxllcorner 5\nyllcorner 7\ncellsize 2.5\n1 2\n3 4\n"
+
+
+PTX = "1\n2\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n1 2 3 0\n4 5 6 0\n"
+
+GRASS = "north: 9\nsouth: 5\neast: 9\nwest: 5\nrows: 2\ncols: 2\n1 2\n3 4\n"
 
 
 def npy() -> bytes:
@@ -104,6 +109,32 @@ DAMAGED: dict[str, tuple[str, bytes, str]] = {
     "no numbers": (".off", b"OFF\n3 one 0\n", "must be a whole"),
     "scan of one byte": (".e57", b"A", "must be a whole"),
     "mesh of one byte": (".glb", b"g", "must be a whole"),
+    "scans without end": (".ptx", PTX.replace("1\n2", f"1\n{10**20}", 1).encode(), "cut short"),
+    "scan without rows": (".ptx", PTX.replace("1\n2", "1\n0", 1).encode(), "must start a scan"),
+    "half a scan": (".ptx", PTX[:-10].encode(), "cut short after 1"),
+    "rows without end": (".asc", GRASS.replace("s: 2", f"s: {10**20}").encode(), "cut short"),
+    "half a grid": (".txt", GRASS[:-4].encode(), "cut short after 2"),
+    "a count of points only": (".xyz", b"9" * 5000 + b"\n1 2 3\n", "must be a whole"),
+    "no archive": (".gz", b"1 2 3\n", "must be a whole"),
+    "half an archive": (".xyz.gz", gzip.compress(b"1 2 3\n" * 999)[:-9], "must be a whole"),
+    "archive with a wrong checksum": (
+        ".xyz.gz",
+        gzip.compress(b"1 2 3\n" * 999)[:-8] + bytes(8),
+        "must be a whole",
+    ),
+    "no archive of zstd": (".zst", b"1 2 3\n", "must be a whole"),
+    "endless list": (
+        ".ply",
+        b"ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty list uint int l\n"
+        b"property float x\nproperty float y\nproperty float z\nend_header\n" + b"\xff" * 20,
+        "must be a whole",
+    ),
+    "nested JSON": (".gltf", b"[" * 10**6, "must be a whole"),
+    "JSON of something else": (".gltf", b"[1, 2]", "must be a whole"),
+    "deep XML": (".dae", b"<a>" * 10**6, "must be a whole"),
+    "no zip": (".3mf", b"PK", "must be a whole"),
+    "zip of something else": (".3mf", npz(), "must be a whole"),
+    "image without end": (".vti", b"<VTKFile><ImageData/>", "must be a whole"),
 }
 """By the kind of damage: suffix, content and message."""
 
@@ -183,6 +214,28 @@ def test_a_line_has_a_bounded_size(tmp_path: Path) -> None:
         neurbs.read_points(path)
     path.write_text("1 2 3\n\n4 5 6")
     assert list(numbered_lines(path)) == [(1, "1 2 3\n"), (2, "\n"), (3, "4 5 6")]
+
+
+@pytest.mark.parametrize("line", [b"1 " * (7 << 20), b"a " * (1 << 20), b"#" * (1 << 20)])
+def test_long_lines_packed_in_a_small_archive_take_no_memory(line: bytes, tmp_path: Path) -> None:
+    path = tmp_path / "a.xyz.gz"
+    path.write_bytes(gzip.compress((line + b"\n") * 4))
+    with pytest.raises(neurbs.NeurbsError, match="line 1 has more than 65,536 characters"):
+        neurbs.read_points(path)
+
+
+def test_a_mesh_packed_in_a_small_archive_takes_no_memory(tmp_path: Path) -> None:
+    path = tmp_path / "a.3mf"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("[Content_Types].xml", "<Types/>")
+        with archive.open("3D/3dmodel.model", "w") as file:
+            file.write(b'<model unit="inch"><resources><object id="1"><mesh><vertices>')
+            for _ in range(300):
+                file.write(b'<vertex x="0" y="0" z="0"/>' * 40_000)
+    start = time.monotonic()
+    with pytest.raises(neurbs.NeurbsError, match=r"a\.3mf: "):
+        neurbs.read_points(path)
+    assert time.monotonic() - start < 60
 
 
 # Cut short
@@ -341,117 +394,6 @@ def test_a_vtk_file_has_what_its_last_line_announces(tmp_path: Path) -> None:
     for whole in (grid + cells + "CELL_TYPES 1\n5\n", mesh, mesh + "CELL_DATA 0\n"):
         path.write_text(whole)
         assert len(neurbs.read_points(path)) == 3
-
-
-def test_a_raster_does_not_lead_to_another_file(tmp_path: Path, rng: np.random.Generator) -> None:
-    secret = tmp_path / "secret.tif"
-    shape = {"height": 8, "width": 9, "count": 1, "dtype": "float64"}
-    transform = rasterio.transform.from_origin(0, 8, 1, 1)
-    with rasterio.open(secret, "w", driver="GTiff", transform=transform, **shape) as file:
-        file.write(rng.random((8, 9)), 1)
-    assert len(neurbs.read_points(secret)) == 72
-    leading = tmp_path / "leading.tif"
-    leading.write_text(
-        f"""<VRTDataset rasterXSize="9" rasterYSize="8"><VRTRasterBand dataType="Float64" band="1">
-        <SimpleSource><SourceFilename relativeToVRT="0">{secret}</SourceFilename>
-        <SourceBand>1</SourceBand></SimpleSource></VRTRasterBand></VRTDataset>"""
-    )
-    with pytest.raises(neurbs.NeurbsError, match=r"must be a whole \.tif file"):
-        neurbs.read_points(leading)
-
-
-# Files that name others
-
-
-def named_by_glb(path: Path, name: str) -> None:
-    saved_mesh(path)
-    whole = path.read_bytes()
-    (length,) = struct.unpack_from("<I", whole, 12)
-    document = json.loads(whole[20 : 20 + length])
-    document["buffers"][0]["uri"] = name
-    document["images"] = [{"uri": name}]
-    document["textures"] = [{"source": 0}]
-    document["materials"][0]["pbrMetallicRoughness"] = {"baseColorTexture": {"index": 0}}
-    text = json.dumps(document).encode()
-    text = text.ljust(len(text) + -len(text) % 4)
-    rest = struct.pack("<I4s", len(text), b"JSON") + text
-    path.write_bytes(struct.pack("<4sII", b"glTF", 2, 12 + len(rest)) + rest)
-
-
-def named_by_obj(path: Path, name: str) -> None:
-    path.write_text(f"mtllib {name}\nusemtl a\nv 1 2 3\nv 1 2 4\nv 4 5 6\nf 1 2 3\n")
-
-
-def named_by_vtp(path: Path, name: str) -> None:
-    saved_mesh(path)
-    whole = path.read_bytes()
-    kinds = f'<!DOCTYPE VTKFile [<!ENTITY % e SYSTEM "{name}"> %e; <!ENTITY f SYSTEM "{name}">]>'
-    path.write_bytes(
-        whole.replace(b"<VTKFile", kinds.encode() + b"<VTKFile", 1).replace(
-            b"<Points>", b"<Points>&f;"
-        )
-    )
-
-
-def named_by_e57(path: Path, name: str) -> None:
-    """Write a file with other XML; its pages end with checksums."""
-    pye57 = pytest.importorskip("pye57")
-    with pye57.E57(str(path), mode="w") as file:
-        file.write_scan_raw({f"cartesian{axis}": np.arange(9.0) for axis in "XYZ"})
-    whole = path.read_bytes()
-    pages = b"".join(whole[start : start + 1020] for start in range(0, len(whole), 1024))
-    place, length = struct.unpack_from("<QQ", whole, 24)
-    place = place // 1024 * 1020 + place % 1024
-    kinds = f'<!DOCTYPE e57Root SYSTEM "{name}"><e57Root'.encode()
-    xml = pages[place : place + length].replace(b"<e57Root", kinds, 1)
-    content = bytearray(pages[:place] + xml)
-    content += bytes(-len(content) % 1020)
-    struct.pack_into("<Q", content, 16, len(content) // 1020 * 1024)
-    struct.pack_into("<Q", content, 32, len(xml))
-    parts = (bytes(content[start : start + 1020]) for start in range(0, len(content), 1020))
-    path.write_bytes(b"".join(part + checksum(part) for part in parts))
-
-
-def checksum(page: bytes) -> bytes:
-    """Return CRC-32C."""
-    value = 0xFFFFFFFF
-    for byte in page:
-        value ^= byte
-        for _ in range(8):
-            value = value >> 1 ^ (0x82F63B78 if value & 1 else 0)
-    return (value ^ 0xFFFFFFFF).to_bytes(4, "big")
-
-
-@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes")
-@pytest.mark.parametrize(
-    ("suffix", "write"),
-    [
-        (".glb", named_by_glb),
-        (".obj", named_by_obj),
-        (".vtp", named_by_vtp),
-        (".e57", named_by_e57),
-    ],
-)
-@pytest.mark.parametrize("form", ["{0.name}", "{0}", "file://{0}"])
-def test_a_file_does_not_lead_to_another(
-    suffix: str, write: Callable[[Path, str], None], form: str, tmp_path: Path
-) -> None:
-    """The other file is a pipe that another process sees opened."""
-    secret, path = tmp_path / "secret", tmp_path / f"a{suffix}"
-    os.mkfifo(secret)
-    write(path, form.format(secret))
-    writer = subprocess.Popen([sys.executable, "-c", f"open({str(secret)!r}, 'w')"])
-    try:
-        code = (
-            "import contextlib, neurbs\nwith contextlib.suppress(neurbs.NeurbsError):\n"
-            f"    neurbs.read_points({str(path)!r})"
-        )
-        done = subprocess.run([sys.executable, "-c", code], timeout=60, cwd=tmp_path)
-        assert done.returncode == 0
-        assert writer.poll() is None, "the other file was opened"
-    finally:
-        writer.kill()
-        writer.wait()
 
 
 # Names that change what a terminal shows

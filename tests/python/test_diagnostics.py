@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 import neurbs
 from neurbs import Candidate, Diagnostic, NeurbsWarning, Reconstruction, _core
-from neurbs.diagnostics import CATEGORIES
+from neurbs.diagnostics import CATEGORIES, READER_CODES
 
 Points = NDArray[np.float64]
 DOCS = Path(__file__).parents[2] / "docs"
@@ -26,7 +26,9 @@ def missed(points: Points) -> Reconstruction:
 
 
 def test_each_code_has_a_public_class() -> None:
-    assert list(CATEGORIES) == [code for code, _ in _core.DIAGNOSTIC_CODES]
+    codes = [code for code, _ in [*_core.DIAGNOSTIC_CODES, *READER_CODES]]
+    assert list(CATEGORIES) == codes
+    assert len(set(codes)) == len(codes)
     for code, category in CATEGORIES.items():
         assert issubclass(category, NeurbsWarning)
         assert category.code == code
@@ -37,13 +39,13 @@ def test_each_code_has_a_public_class() -> None:
     assert neurbs.ConvergenceWarning.code == "not-settled"
 
 
-def test_the_docs_have_the_table_of_codes() -> None:
-    text = (DOCS / "choosing.md").read_text(encoding="utf-8")
+@pytest.mark.parametrize(
+    ("page", "codes"), [("choosing", _core.DIAGNOSTIC_CODES), ("point-files", READER_CODES)]
+)
+def test_the_docs_have_the_table_of_codes(page: str, codes: list[tuple[str, str]]) -> None:
+    text = (DOCS / f"{page}.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| `([a-z-]+)` \| `(\w+)` \| (.+) \|$", text, re.MULTILINE)
-    expected = [
-        (code, CATEGORIES[code].__name__, meaning) for code, meaning in _core.DIAGNOSTIC_CODES
-    ]
-    assert rows == expected
+    assert rows == [(code, CATEGORIES[code].__name__, meaning) for code, meaning in codes]
 
 
 def test_each_diagnostic_is_one_warning(terrain_points: Points) -> None:

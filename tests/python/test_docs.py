@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 import neurbs
+import neurbs.io
+from neurbs.io.table_header import HORIZONTAL, VERTICAL, Header
 
 DOCS = Path(__file__).parents[2] / "docs"
 ALL = [*DOCS.glob("*.md"), *DOCS.glob("stages/*.md")]
@@ -84,3 +86,19 @@ def test_the_charts_of_the_page_are_those_of_the_crate() -> None:
     sources = "".join(file.read_text("utf-8") for file in (DOCS.parent / "src/chart").glob("*.rs"))
     for name in re.findall(r"`([\w ]+)`", " ".join(first)):
         assert f'"{name}"' in sources, name
+
+
+def test_the_names_of_columns_are_listed() -> None:
+    text = (DOCS / "point-files.md").read_text(encoding="utf-8")
+    rows = dict(re.findall(r"^ +\| (x and y|z) \| (.+) \|$", text, re.MULTILINE))
+    pairs = [tuple(Header.of(pair.split(","), 0).keys) for pair in rows["x and y"].split(";")]
+    assert pairs == list(HORIZONTAL)
+    # The last one is damaged by a wrong encoding.
+    assert set(Header.of(rows["z"].split(","), 0).keys) == {*VERTICAL} - {"h\ufffdhe"}
+
+
+def test_all_suffixes_are_listed() -> None:
+    text = (DOCS / "point-files.md").read_text(encoding="utf-8")
+    section = text.split("## Formats\n")[1].split("\n## ")[0]
+    listed = set(re.findall(r"(?<![\w.])\.\w+", section))
+    assert set(neurbs.io.READABLE) <= listed | {".laz"}

@@ -316,8 +316,7 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     with pytest.raises(NeurbsError, match=r"suffix of \.json \.3dm .*, got the suffix '\.obj'"):
         neurbs.load_surface(tmp_path / "a.obj")
     neurbs.save(wavy(rational=False), tmp_path / "a.json")
-    with pytest.raises(NeurbsError, match="unit must be left out, as the file has none; got 'm'"):
-        neurbs.load_surface(tmp_path / "a.json", unit="m")
+    assert neurbs.load_surface(tmp_path / "a.json", unit="m") == wavy(rational=False)
     with pytest.raises(NeurbsError, match=r"unit must be 'mm' or .*, got 'parsec'"):
         neurbs.load_surface(tmp_path / "a.json", unit="parsec")
     (tmp_path / "locked.json").touch(0)

@@ -156,6 +156,51 @@ def test_ply_keeps_every_vertex_and_digit(tmp_path: Path, content: bytes) -> Non
     assert points.flags.c_contiguous
 
 
+def with_lists(form: str, body: bytes) -> bytes:
+    """Return a file with lists before and after the coordinates of a vertex."""
+    head = ply(form, body, faces="property list uint double b")
+    return head.replace(b"uchar class", b"list uchar int a")
+
+
+@pytest.mark.parametrize("lengths", [(2, 2, 2), (0, 3, 1)])
+@pytest.mark.parametrize("order", ["", "<", ">"])
+def test_ply_with_lists_in_vertices(tmp_path: Path, order: str, lengths: tuple[int, ...]) -> None:
+    body = b""
+    for row, n in zip(FAR, lengths, strict=True):
+        if order:
+            body += bytes([n]) + np.arange(n, dtype=f"{order}i4").tobytes()
+            body += np.array(row, f"{order}f8").tobytes()
+            body += np.array(n, f"{order}u4").tobytes() + np.ones(n, f"{order}f8").tobytes()
+        else:
+            words = [n, *range(n), *row, n, *[0.5] * n]
+            body += (" ".join(map(repr, words)) + "\n").encode()
+    form = {"": "ascii", "<": "binary_little_endian", ">": "binary_big_endian"}[order]
+    path = written(tmp_path / "p.ply", with_lists(form, body))
+    assert neurbs.read_points(path).tolist() == FAR
+    for end in range(len(body) - 1):
+        # A cut within the last number of a text cannot be seen.
+        if order or body[end : end + 1].isspace():
+            written(path, with_lists(form, body[:end]))
+            with pytest.raises(NeurbsError, match=r"p\.ply: "):
+                neurbs.read_points(path)
+
+
+def test_ply_with_lists_before_the_vertices(tmp_path: Path) -> None:
+    head, rest = "element face 2\nproperty list uchar int vertex_indices\n", vertices("<")
+    content = ply("binary_little_endian", MIXED + rest).replace(
+        b"element vertex", head.encode() + b"element vertex"
+    )
+    assert neurbs.read_points(written(tmp_path / "p.ply", content)).tolist() == FAR
+
+
+def test_ply_with_names_in_upper_case(tmp_path: Path) -> None:
+    content = ply("ascii", b"0 1 2 3\n0 4 5 6\n0 7 8 9\n")
+    for axis in (b"x", b"y", b"z"):
+        content = content.replace(b"double " + axis, b"double " + axis.upper())
+    points = neurbs.read_points(written(tmp_path / "p.ply", content))
+    assert points.tolist() == [[1, 2, 3], [4, 5, 6], [7, 8, 9]]
+
+
 def test_ply_written_by_another_library(tmp_path: Path) -> None:
     for encoding in ("ascii", "binary_little_endian"):
         box = trimesh.creation.box()
@@ -178,7 +223,7 @@ def test_ply_written_by_another_library(tmp_path: Path) -> None:
         (ply("ascii", b"", count=0), "must have at least one point, but has 0 vertices"),
         (
             ply("ascii", b"").replace(b"double z", b"double w"),
-            "vertices must have properties x, y and z and no lists",
+            "vertices must have properties x, y and z, but have",
         ),
         (
             ply("ascii", b"").replace(b"vertex", b"corner"),
@@ -194,14 +239,18 @@ def test_ply_written_by_another_library(tmp_path: Path) -> None:
         (b"", "must be a PLY file, but does not start with a line 'ply'"),
         (b"\0" * 10_000, "must be a PLY file, but does not start with a line 'ply'"),
         (
-            ply("binary_little_endian", vertices("<")).replace(
-                b"element vertex", FACES.encode() + b"\nelement vertex"
+            ply("binary_little_endian", rb"\9" + vertices("<")[1:]).replace(
+                b"uchar class", b"list uchar int l"
             ),
-            "vertices must come before elements with lists, but .face.",
+            r"must be a whole \.ply file, .* cut short in the rows of vertex",
         ),
         (
-            ply("binary_little_endian", vertices("<")).replace(b"uchar class", b"list uchar int l"),
-            "vertices must have properties x, y and z and no lists",
+            ply("ascii", b"q 1 2 3\n").replace(b"uchar class", b"list uchar int l"),
+            r"must be a whole \.ply file, .* a list in line 10 is not whole",
+        ),
+        (
+            ply("ascii", b"2 7 8 1 2 3\n2 7 8 1 2\n").replace(b"uchar class", b"list uchar int l"),
+            "line 11 must have 3 columns, as in line 10, got 2",
         ),
     ],
 )
@@ -216,7 +265,7 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     with pytest.raises(IsADirectoryError, match=re.escape(str(tmp_path))):
         neurbs.read_points(tmp_path)
     with pytest.raises(
-        NeurbsError, match=r"\.xyz \.txt \.csv .*\.las \.laz .*\.tiff, got the suffix '\.dwg'"
+        NeurbsError, match=r"\.xyz \.txt \.csv .*\.las \.laz .*\.gz \.zst, got the suffix '\.dwg'"
     ):
         neurbs.read_points(written(tmp_path / "p.dwg", ""))
     with pytest.raises(NeurbsError, match="got no suffix"):

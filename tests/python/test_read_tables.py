@@ -44,6 +44,8 @@ def test_text_keeps_every_digit(tmp_path: Path, separator: str, suffix: str) -> 
         "x y z\n" + rows(),
         "Easting Northing Height\n" + rows(),
         '"X","Y","Z"\n' + rows(","),
+        '"Point X" Y Z\n' + rows(),
+        rows().replace("1e+300", '"1e300"'),
         "x;y;z;\n" + rows(";").replace("\n", ";\n"),
     ],
 )
@@ -92,7 +94,8 @@ def test_encodings_are_detected(tmp_path: Path, encoding: str) -> None:
         ("1 2 3\n4 5 6 7\n", "line 2 must have 3 .* got 4: column 4, '7', is one too many"),
         ("1 2 3 4\n5 6 7\n", "line 2 must have 4 columns, as in line 1, got 3"),
         ("1\n2\n", "line 1 must have columns x, y and z .* got column 1 only, '1'"),
-        ("4\n1 2 3\n", "line 1 must have columns x, y and z .* got column 1 only, '4'"),
+        ("4\n1 2 3\n", "must have 4 points, as in line 1, but the file is cut short after 1"),
+        ("1\n1 2 3\n4 5 6\n", "must have 1 points, as in line 1, but there are 2: remove"),
         ("no,x,y,z\n1,2,3\n", "line 2 must have 4 columns, as the header in line 1, got 3"),
         ("x y z\n" + "m" * 99 + " 2 3\n", "line 2, column 1 .* got 'm{39}…'"),
         ("", "must have at least one point, but the file is empty"),
@@ -155,7 +158,10 @@ def test_a_header_without_coordinates_asks_for_columns(tmp_path: Path) -> None:
         neurbs.read_points(path)
     assert neurbs.read_points(path, columns=["x", "y"]).tolist() == [[3, 4, 0]]
     path = written(tmp_path / "q.csv", "name,a,b\nfirst,1,2\n")
-    with pytest.raises(NeurbsError, match=r"line 2, column 1 .* got 'first': choose .* `columns`"):
+    with pytest.raises(
+        NeurbsError,
+        match=r"line 2 must have three columns of numbers, got 'first', '1', '2': choose .*`",
+    ):
         neurbs.read_points(path)
 
 
@@ -214,6 +220,162 @@ def test_pts_of_several_scans(tmp_path: Path) -> None:
 def test_every_table_in_every_encoding(tmp_path: Path, suffix: str, encoding: str) -> None:
     path = written(tmp_path / f"p{suffix}", "x;y;z;Größe\n1;2;3;ä\n".encode(encoding))
     assert neurbs.read_points(path).tolist() == [[1, 2, 3]]
+
+
+# The rule for columns: by names, else by content
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("Lon;Lat;Depth [m]\n1,5;2;3\n4;5;6\n", [[1.5, 2, 3], [4, 5, 6]]),
+        ("X (mm),Y (mm),Z (mm)\n1,2,3\n", [[1, 2, 3]]),
+        ("z_m,y_m,x_m\n3,2,1\n", [[1, 2, 3]]),
+        ("UTM_N,UTM_E,Elev.\n2,1,3\n", [[1, 2, 3]]),
+        ("Nr Rechtswert Hochwert Höhe\n7 1 2 3\n8 4 5 6\n", [[1, 2, 3], [4, 5, 6]]),
+        ('"Points:0","Points:1","Points:2","s"\n1,2,3,9\n', [[1, 2, 3]]),
+        ("x-coordinate\ty-coordinate\tz-coordinate\n1\t2\t3\n", [[1, 2, 3]]),
+        ("N,E,H,Code\n2,1,3,A\n5,4,6,B\n", [[1, 2, 3], [4, 5, 6]]),
+        ("lon,lat,x,y,z\n9,9,1,2,3\n", [[1, 2, 3]]),
+        ("Point#,X,Y,Z\n1,1,2,3\n", [[1, 2, 3]]),
+        ("X,Y,Z\n1 2 3\n4 5 6\n", [[1, 2, 3], [4, 5, 6]]),
+        ("x;y;z\n1;2;3;\n4;5;6;\n", [[1, 2, 3], [4, 5, 6]]),
+        ("x;y;z;\n1;2;3\n4;5;6\n", [[1, 2, 3], [4, 5, 6]]),
+        ("no;x;y;z;code\n;m;m;m\n1;1;2;3;\n2;4;5;6;B\n", [[1, 2, 3], [4, 5, 6]]),
+        ('"x" "y" "z"\n"1" 1 2 3\n"2" 4 5 6\n', [[1, 2, 3], [4, 5, 6]]),
+        ("# Z Y X\n7 3 2 1\n8 6 5 4\n", [[1, 2, 3], [4, 5, 6]]),
+        ("id;//X;Y;Z\n7;1;2;3\n", [[1, 2, 3]]),
+        ("id,x,y\n7,1,2\n8,3,4\n", [[1, 2, 0], [3, 4, 0]]),
+    ],
+)
+def test_columns_have_many_names(tmp_path: Path, text: str, expected: list[list[float]]) -> None:
+    assert neurbs.read_points(written(tmp_path / "p.csv", text)).tolist() == expected
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Survey of the hill\nDate: 2024-03-12\nPoint,E,N,H,Code\n1,1,2,3,A\n2,4,5,6,B\n",
+        "X;Y;Z\n[m];[m];[m]\n1;2;3\n4;5;6\n",
+        "no,x,y,z\n-,m,m,m\n1,1,2,3\n2,4,5,6\n",
+        "2\n1 2 3\n4 5 6\n",
+        "2\nwater\nO 1 2 3\nH 4 5 6\n",
+        'TITLE = "a"\nVARIABLES = "Z", "X", "Y"\nZONE I=2, F=POINT\n3 1 2\n6 4 5\n',
+        "x y z\n----- ----- -----\n1 2 3\n4 5 6\n",
+        "% made by a program\n! x y z\n1 2 3\n4 5 6\n",
+        "sep=;\nx;y;z\n1;2;3\n4;5;6\n",
+        "2024-03-12 10:00 1 2 3\n2024-03-12 10:01 4 5 6\n",
+        "A,1,2,3\nB,4,5,6\n",
+        "1,A,2,3\n4,B,5,6\n",
+    ],
+)
+@pytest.mark.parametrize("suffix", [".xyz", ".dat", ".csv", ".tsv"])
+def test_lines_above_the_points_are_skipped(tmp_path: Path, text: str, suffix: str) -> None:
+    points = neurbs.read_points(written(tmp_path / f"p{suffix}", text))
+    assert points.tolist() == [[1, 2, 3], [4, 5, 6]]
+
+
+def test_a_row_of_units_gives_the_unit(tmp_path: Path) -> None:
+    path = written(tmp_path / "p.csv", "X;Y;Z\n[ft];[ft];[ft]\n1;2;3\n")
+    assert neurbs.read_point_cloud(path).unit == "ft"
+
+
+@pytest.mark.parametrize(
+    ("text", "expected", "reason"),
+    [
+        ("1,10,20,5\n2,11,21,6\n", [[10, 20, 5], [11, 21, 6]], "column 0 counts the rows"),
+        ("7 10 20 5 TREE\n8 11 21 6 ROCK\n", [[10, 20, 5], [11, 21, 6]], "column 0 counts"),
+        ("101,1.5,2,3\n7,4,5,6\n", [[101, 1.5, 2], [7, 4, 5]], "column 0 may number the points"),
+        ("0,1,2\n1.5,2,3\n", [[1.5, 2, 3]], "line 1, '0,1,2', is read as a header"),
+        (",0,1,2\n0,1.5,2,3\n1,4,5,6\n", [[1.5, 2, 3], [4, 5, 6]], "header, .*; column 0 counts"),
+        ("a,b,c\n1,2,3\n", [[1, 2, 3]], "the names 'a', 'b', 'c' are not known"),
+        ("x,y,value\n1,2,3\n", [[1, 2, 3]], "z has no known name"),
+        ("x y z\n9 8q 7q\n1 2 3\n", [[1, 2, 3]], "line 2, '9 8q 7q', is read as a header"),
+        ("Hill 12 March 2024\n1 2 3\n4 5 6\n", [[1, 2, 3], [4, 5, 6]], "line 1, .* as a title"),
+    ],
+)
+def test_a_guess_is_a_warning(
+    tmp_path: Path, text: str, expected: list[list[float]], reason: str
+) -> None:
+    path = written(tmp_path / "p.csv", text)
+    with pytest.warns(neurbs.ColumnsGuessedWarning, match=f"as a guess: .*{reason}") as seen:
+        assert neurbs.read_points(path).tolist() == expected
+    assert len(seen) == 1
+    assert seen[0].filename == __file__
+    with pytest.warns(neurbs.ColumnsGuessedWarning, match="as a guess"):
+        cloud = neurbs.read_point_cloud(path)
+    assert cloud.columns is not None
+    assert cloud.columns in str(seen[0].message) or cloud.columns.startswith("x, y, z are columns")
+    with pytest.warns(neurbs.ColumnsGuessedWarning):
+        chunks = list(neurbs.read_points(path, chunks=1))
+    assert np.vstack(chunks).tolist() == expected
+
+
+@pytest.mark.filterwarnings("error::neurbs.NeurbsWarning")
+@pytest.mark.parametrize(
+    ("text", "columns", "expected"),
+    [
+        ("1,10,20,5\n2,11,21,6\n", (0, 1, 2), [[1, 10, 20], [2, 11, 21]]),
+        ("1,10,20,5\n2,11,21,6\n", (1, 2, 3), [[10, 20, 5], [11, 21, 6]]),
+        ("x,y,Vp,Depth (m)\n1,2,9,3\n", ("x", "y", "depth (m)"), [[1, 2, 3]]),
+        ("x,y,Vp,Depth (m)\n1,2,9,3\n", ("x", "y", "Depth"), [[1, 2, 3]]),
+    ],
+)
+def test_the_given_columns_decide(
+    tmp_path: Path, text: str, columns: tuple[str | int, ...], expected: list[list[float]]
+) -> None:
+    path = written(tmp_path / "p.csv", text)
+    assert neurbs.read_points(path, columns=columns).tolist() == expected
+
+
+@pytest.mark.filterwarnings("error::neurbs.NeurbsWarning")
+@pytest.mark.parametrize(
+    "text",
+    [
+        "1 2 3\n4 5 6\n",
+        "1 2 3 0.5\n1 2.5 6 0.7\n",
+        "0.5,1,2\n4,5,6\n",
+        "1,2,3,4\n2,2,2,2\n3,1,1,1\n5,0,0,0\n",
+        "id,x,y,z\n1,1,2,3\n2,4,5,6\n",
+        "P1 1 2 3\nP2 4 5 6\n",
+    ],
+)
+def test_what_is_clear_is_no_guess(tmp_path: Path, text: str) -> None:
+    neurbs.read_points(written(tmp_path / "p.csv", text))
+
+
+def test_a_line_says_what_was_read(tmp_path: Path) -> None:
+    path = written(tmp_path / "p.csv", "title\nLon;Lat;Depth [m]\n1;2;3\n")
+    found = "x, y, z are columns 'Lon', 'Lat', 'Depth [m]'; the points start in line 3"
+    assert neurbs.read_point_cloud(path).columns == found
+    path = written(tmp_path / "q.csv", "A,1,2,3\nB,4,5,6\n")
+    found = "x, y, z are columns 1, 2, 3, counted from 0; the points start in line 1"
+    assert neurbs.read_point_cloud(path).columns == found
+
+
+def test_messages_have_the_names_that_are_there(tmp_path: Path) -> None:
+    path = written(tmp_path / "p.csv", "x,y,Vp,Vs\n1,2,3,4\n")
+    with pytest.raises(NeurbsError, match=r"must name x, y and z, got 'x', 'y', 'Vp', 'Vs'"):
+        neurbs.read_points(path)
+    with pytest.raises(NeurbsError, match=r"from 0 to 3 or of 'x', 'y', 'Vp', 'Vs', got"):
+        neurbs.read_points(path, columns=("x", "y", "depth"))
+
+
+def test_colors_and_normals_of_tables_of_six_columns(tmp_path: Path) -> None:
+    text = "1 2 3 1.0 0.5 0\n4 5 6 0 0 1\n"
+    cloud = neurbs.read_point_cloud(written(tmp_path / "p.xyzrgb", text))
+    assert cloud.points.tolist() == [[1, 2, 3], [4, 5, 6]]
+    assert cloud.colors is not None
+    assert cloud.colors.tolist() == [[255, 128, 0], [0, 0, 255]]
+    cloud = neurbs.read_point_cloud(written(tmp_path / "p.xyzn", text))
+    assert cloud.normals is not None
+    assert cloud.normals.tolist() == [[1, 0.5, 0], [0, 0, 1]]
+
+
+def test_prose_is_no_table(tmp_path: Path) -> None:
+    path = written(tmp_path / "p.txt", "a line without numbers\n" * 3000)
+    with pytest.raises(NeurbsError, match="no points are in its first 1,000 lines"):
+        neurbs.read_points(path)
 
 
 # Numbers that may be misread
@@ -281,3 +443,50 @@ def test_columns_in_different_units_are_refused(tmp_path: Path) -> None:
     assert neurbs.read_point_cloud(path).unit is None
     path.write_text("x [millimetre],y [mm],z [mm]\n1,2,3\n")
     assert neurbs.read_point_cloud(path).unit == "mm"
+
+
+# Tables of many programs
+
+NAMES = (
+    "x y z", "X Y Z", "Easting Northing Elevation", "E N H", "Lon Lat Alt", "x_m y_m z_m",
+    "Longitude Latitude Depth", "X(m) Y(m) Z(m)", "utm_x utm_y elev", "POINT_X POINT_Y POINT_Z",
+    "Rechtswert Hochwert Höhe", "XCoord YCoord ZCoord", "px py pz", "x0 y0 z0", "#x y z",
+)  # fmt: skip
+
+
+@pytest.mark.filterwarnings("ignore::neurbs.ColumnsGuessedWarning")
+@pytest.mark.parametrize("seed", range(200))
+def test_tables_of_many_kinds_are_read_right(tmp_path: Path, seed: int) -> None:
+    """Titles, names, units, numbers and codes of points come and go; columns change places."""
+    rng = np.random.default_rng(seed)
+
+    def maybe() -> bool:
+        return bool(rng.random() < 0.4)
+
+    count = int(rng.choice([2, 5, 40]))
+    points = rng.uniform(-1e3, 1e6, (count, 3)).round(3)
+    columns = [[f"{value}" for value in column] for column in points.T]
+    names = str(rng.choice(NAMES)).split()
+    named = bool(rng.random() < 0.7)
+    if named and maybe():
+        order = rng.permutation(3)
+        columns, names = [columns[i] for i in order], [names[i] for i in order]
+    if maybe():
+        columns.insert(0, [str(i + 1) for i in range(count)])
+        names.insert(0, str(rng.choice(["id", "No", "Point", "FID"])))
+    if maybe():
+        columns.append([str(rng.choice(["TREE", "A1", "7b"])) for _ in range(count)])
+        names.append("code")
+    if maybe():
+        columns.append([f"{value:.2f}" for value in rng.random(count)])
+        names.append("intensity")
+    separator = str(rng.choice([",", ";", "\t", " ", ", "]))
+    lines = [separator.join(row) for row in zip(*columns, strict=True)]
+    above = [str(rng.choice(["My survey", "Project: hill 12", "# a comment"]))] if maybe() else []
+    if named:
+        above += [separator.join(names)]
+        above += [separator.join("m" for _ in names)] if maybe() else []
+    elif maybe():
+        above += [str(count)]
+    path = written(tmp_path / "p.csv", "\n".join([*above, *lines]) + "\n")
+    np.testing.assert_array_equal(neurbs.read_points(path), points)

@@ -117,6 +117,15 @@ def test_several_regions_are_several_faces(tmp_path: Path) -> None:
     assert neurbs.load_shell(tmp_path / "a.step").area() == pytest.approx(result.shell.area())
 
 
+def test_the_shell_has_the_unit_of_the_points(tmp_path: Path) -> None:
+    result = neurbs.reconstruct(neurbs.PointCloud(disc() / 25.4, unit="in"))
+    assert (result.unit, result.shell.unit) == ("in", "in")
+    result.save(tmp_path / "a.step", unit="mm")
+    again = neurbs.load_shell(tmp_path / "a.step")
+    assert again.unit == "mm"
+    assert again.area() == pytest.approx(25.4**2 * result.shell.area(), rel=1e-6)
+
+
 def test_few_points_stay_untrimmed_and_say_so() -> None:
     with pytest.warns(neurbs.UntrimmedWarning, match="30 points .* are needed, got 20"):
         result = neurbs.reconstruct(terrain(20))

@@ -2,6 +2,7 @@
 
 import re
 import sys
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -243,7 +244,7 @@ def test_an_esri_grid_as_rasterio_reads_it(tmp_path: Path) -> None:
         (ESRI + "1 2 3\n4 5\n", "must have 6 points, .* cut short after 5"),
         (ESRI + "1 2 3 4 5 6 7\n", "must have 6 points, .* but has 7"),
         (ESRI + "1 2 3\n4 b 6\n", "line 8 must have numbers, got 'b'"),
-        (ESRI + "-9999 " * 6, "at least one point, but all 6 are not finite or not measured"),
+        (ESRI + "-9999 " * 6, "at least one point, but all 6 have no data"),
         (ESRI.replace("cellsize 10", "size 10"), "must start with ncols, nrows, xllcorner"),
         (ESRI.replace("nrows 2", "nrows b"), "must start with ncols, nrows, xllcorner"),
     ],
@@ -253,6 +254,76 @@ def test_a_damaged_esri_grid_is_refused(tmp_path: Path, content: str, message: s
     path.write_text(content)
     with pytest.raises(NeurbsError, match=message):
         neurbs.read_points(path)
+
+
+def test_a_grid_of_gdal_with_two_sizes_as_rasterio_reads_it(tmp_path: Path) -> None:
+    path = tmp_path / "a.asc"
+    head = "ncols 3\nnrows 2\nxllcorner 100\nyllcorner 200\ndx 10\ndy 2.5\nNODATA_value nan\n"
+    path.write_text(head + "1 2 3\n4 nan 6\n")
+    cloud = neurbs.read_point_cloud(path)
+    with rasterio.open(path) as file:
+        i, j = np.indices((2, 3))
+        x, y = file.transform @ (j + 0.5, i + 0.5)
+        expected = np.column_stack([x.ravel(), y.ravel(), file.read(1).ravel()])
+    np.testing.assert_array_equal(cloud.points, np.delete(expected, 4, axis=0))
+    assert (cloud.dropped, cloud.no_data) == (1, 1)
+    assert cloud.columns == "a grid of 2 x 3 cells: z is their value"
+
+
+GRASS = "north: 20\nsouth: 10\neast: 30\nwest: 0\nrows: 2\ncols: 3\n"
+
+
+@pytest.mark.parametrize("suffix", [".asc", ".txt", ".xyz", ".dat"])
+def test_a_grid_of_grass(tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"a{suffix}"
+    path.write_text(GRASS + "1 2 *\n4 5 6\n")
+    expected = [[5, 17.5, 1], [15, 17.5, 2], [5, 12.5, 4], [15, 12.5, 5], [25, 12.5, 6]]
+    assert neurbs.read_points(path).tolist() == expected
+    options = "null: -9999\ntype: float\nmultiplier: 2\n"
+    path.write_text(GRASS.replace(": ", ":") + options + "1 2 -9999\n4 5 6\n")
+    doubled = [[x, y, 2 * z] for x, y, z in expected]
+    assert neurbs.read_points(path).tolist() == doubled
+    angles = (
+        GRASS.replace("20", "0:30:00N").replace("10", "0:15N").replace("0\nrows", "1:30W\nrows")
+    )
+    path.write_text(angles.replace("30\n", "0:30:36E\n") + "1 2 3 4 5 6\n")
+    points = neurbs.read_points(path)
+    step = (0.51 + 1.5) / 3
+    np.testing.assert_allclose(points[0], [-1.5 + step / 2, 0.5 - 0.25 / 4, 1], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [("cols: 3\n", ""), ("rows: 2", "rows: 0"), ("east: 30", "east: -1"), ("20", "nan")],
+)
+def test_a_damaged_grid_of_grass_is_refused(tmp_path: Path, old: str, new: str) -> None:
+    path = tmp_path / "a.asc"
+    path.write_text(GRASS.replace(old, new) + "1 2 3 4 5 6\n")
+    with pytest.raises(NeurbsError, match="must start with north, south, east, west, rows and"):
+        neurbs.read_points(path)
+
+
+def test_cells_without_data_are_not_called_not_finite(tmp_path: Path) -> None:
+    path = tmp_path / "a.asc"
+    path.write_text(ESRI + "1 -9999 3\n4 -9999 inf\n")
+    with pytest.warns(neurbs.PointsDroppedWarning, match="1 of 4 points are not finite"):
+        assert len(neurbs.read_points(path, nan="drop")) == 3
+    cloud = neurbs.read_point_cloud(path, nan="drop")
+    assert (cloud.dropped, cloud.no_data) == (3, 2)
+    path.write_text(ESRI + "1 -9999 3\n4 -9999 6\n")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert len(neurbs.read_points(path, nan="drop")) == 4
+    path.write_text(ESRI + "-9999 inf " * 3)
+    with pytest.raises(NeurbsError, match="but all 3 are not finite and 3 have no data"):
+        neurbs.read_points(path, nan="drop")
+
+
+def test_no_data_of_single_precision_in_other_digits(tmp_path: Path) -> None:
+    path = tmp_path / "a.asc"
+    head = ESRI.replace("-9999", "-3.40282346638529e+38")
+    path.write_text(head + "1 2 -3.4028234663852886e+38\n4 5 6\n")
+    assert len(neurbs.read_points(path)) == 5
 
 
 def test_geotiff_gives_the_centers_of_its_cells(tmp_path: Path) -> None:

@@ -80,7 +80,11 @@ def test_json_of_several_things(tmp_path: Path) -> None:
     assert [face.name for face in shell.faces] == [None, "sheet"]
     assert len(shell.edges) == 4
     assert shell.unit == "mm"
-    np.testing.assert_allclose(shell.vertices[0], [10, 20, 10], atol=1e-12)
+    # The ball keeps its size; the face, which has no unit, gets that of the file.
+    np.testing.assert_allclose(shell.vertices[0], [1, 2, 1], atol=1e-12)
+    low, high = sheet.surface.bounding_box()
+    found = shell.faces[1].surface.bounding_box()
+    np.testing.assert_allclose(found, [10 * low, 10 * high], atol=1e-12)
     with pytest.raises(NeurbsError, match="must have the same unit, got cm and mm: give `unit`"):
         neurbs.save([ball, trimmed_shell()], tmp_path / "a.json")
     with pytest.raises(NeurbsError, match="got a list: it can be written as"):

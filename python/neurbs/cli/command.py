@@ -25,13 +25,17 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
     pretty_exceptions_enable=False,
+    # Plain text: the tables of Rich cut words at 80 columns.
+    rich_markup_mode=None,
 )
 
 
 def command(summary: str, *examples: str) -> Callable[[Function], Function]:
     """Make a function a command of `app`, with a help text of a summary and examples."""
     label = "Examples" if len(examples) > 1 else "Example"
-    text = f"{summary}\n\n{label}: {'; '.join(examples)}"
+    # The lines after \b are not joined.
+    lines = "\n".join([f"{label}:", *(f"  {example}" for example in examples)])
+    text = f"{summary}\n\n\b\n{lines}"
     return app.command(cls=Command, help=text)
 
 

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import difflib
 import sys
 from functools import partial
 from pathlib import Path
-from typing import Annotated, TypeAlias
+from typing import Annotated, Any, TypeAlias
 
 import typer
 
 from neurbs import NeurbsError
+from neurbs.cli.options import PAIR
 from neurbs.io.reading import check_file, read_whole
 
 if sys.version_info >= (3, 11):
@@ -35,27 +37,54 @@ def _read_config(context: typer.Context, path: Path | None) -> Path | None:
         tables = tomllib.loads(content.decode())
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
         raise wrong(f"{path} must be a TOML file, but: {error}") from None
-    settings = tables.get(str(context.info_name), {})
+    command = str(context.info_name)
+    _check_tables(context, path, tables)
+    settings = tables.get(command, {})
     if not isinstance(settings, dict):
-        raise wrong(f"{path}: [{context.info_name}] must be a table, got {settings!r}")
-    names = {
-        word.lstrip("-").replace("-", "_"): parameter.name
+        raise wrong(f"{path}: [{command}] must be a table, got {settings!r}")
+    options = {
+        word.lstrip("-").replace("-", "_"): parameter
         for parameter in context.command.params
         for word in parameter.opts
         if word.startswith("--") and word not in ("--config", "--help")
     }
     defaults = {}
     for key, value in settings.items():
-        name = names.get(key.replace("-", "_"))
-        if name is None:
-            known = ", ".join(names)
-            raise wrong(f"{path}: a setting must be one of {known}, got {key!r}")
+        option = options.get(key.replace("-", "_"))
+        if option is None:
+            raise wrong(f"{path}: [{command}] {_unknown('setting', key, list(options))}")
         if not isinstance(value, (str, int, float, list)):
             must = "a string, a number, a boolean or an array"
             raise wrong(f"{path}: {key} must be {must}, got {value!r}")
-        defaults[name] = value
+        # One number stands for a pair, as on the command line.
+        pair = option.nargs == PAIR and not isinstance(value, list)
+        defaults[option.name] = [value, value] if pair else value
     context.default_map = {**(context.default_map or {}), **defaults}
     return path
+
+
+def _check_tables(context: typer.Context, path: Path, tables: dict[str, Any]) -> None:
+    """Check that each table of a file is named like a command, and that no setting is outside."""
+    wrong = partial(typer.BadParameter, ctx=context, param_hint="'--config'")
+    program = context.parent.command if context.parent else None
+    commands = list(getattr(program, "commands", {context.info_name: None}))
+    for key, value in tables.items():
+        if key in commands:
+            continue
+        if isinstance(value, dict):
+            raise wrong(f"{path}: {_unknown('table', key, commands)}")
+        raise wrong(
+            f"{path}: settings must be in a table of a command, as [{context.info_name}], "
+            f"got {key!r} above all tables"
+        )
+
+
+def _unknown(what: str, got: str, known: list[str]) -> str:
+    """Say that a name is unknown, with the nearest of those that are known."""
+    near = difflib.get_close_matches(got.replace("-", "_"), known, n=1, cutoff=0.5)
+    if near:
+        return f"has an unknown {what} {got!r}: did you mean {near[0]!r}?"
+    return f"has an unknown {what} {got!r}: it must be one of {', '.join(known)}"
 
 
 Config: TypeAlias = Annotated[

@@ -12,7 +12,7 @@ from neurbs import NurbsSurface, PointCloud, SelfOrganizingMap, Shell
 from neurbs.cli.command import command, print_json, print_table
 from neurbs.cli.config import Config
 from neurbs.cli.inputs import Columns, File, Nan, load, only_surface
-from neurbs.cli.options import AsJson
+from neurbs.cli.options import AsJson, Unit
 from neurbs.errors import printable
 
 _MAP = ".npz"
@@ -22,7 +22,7 @@ _MAX_NAMES = 10
 
 
 @command(
-    "Describe the content of a file: a surface, a shell, points, or a trained map (.npz).",
+    "Describe the content of a file. It has a surface, a shell, points or a map (.npz).",
     "neurbs info part.step",
 )
 def info(
@@ -31,6 +31,7 @@ def info(
     *,
     columns: Columns = None,
     nan: Nan = None,
+    unit: Unit = None,
     config: Config = None,
     as_json: AsJson = False,
 ) -> None:
@@ -38,7 +39,7 @@ def info(
     if _is_map(file):
         facts = _of_map(SelfOrganizingMap.load(file))
     else:
-        thing = load(file, columns, nan)
+        thing = load(file, columns, nan, unit)
         facts = _of_shell(thing) if isinstance(thing, Shell) else _of_points(thing)
     if as_json:
         print_json({"input": str(file), **facts})
@@ -61,7 +62,7 @@ def _of_shell(shell: Shell) -> dict[str, Any]:
     surface = only_surface(shell)
     facts = _of_faces(shell) if surface is None else _of_surface(surface)
     low, high = shell.bounding_box()
-    facts |= {"unit": shell.unit} if shell.unit else {}
+    facts |= {"unit": shell.unit}
     facts |= {"low": low.tolist(), "high": high.tolist(), "area": shell.area(accuracy=1e-6)}
     return facts | ({"volume": shell.volume(accuracy=1e-6)} if shell.is_closed else {})
 
@@ -96,13 +97,14 @@ def _of_points(cloud: PointCloud) -> dict[str, Any]:
     facts: dict[str, Any] = {
         "kind": "points",
         "points": len(cloud.points),
+        "unit": cloud.unit,
         "low": low.tolist(),
         "high": high.tolist(),
         "diagonal": float(np.linalg.norm(high - low)),
         "normals": cloud.normals is not None,
         "colors": cloud.colors is not None,
     }
-    known = {"unit": cloud.unit, "crs": cloud.crs, "offset": cloud.offset}
+    known = {"columns": cloud.columns, "crs": cloud.crs, "offset": cloud.offset}
     return facts | {name: value for name, value in known.items() if value is not None}
 
 
@@ -119,6 +121,8 @@ def _of_map(som: SelfOrganizingMap) -> dict[str, Any]:
 
 def _text(value: Any) -> str:
     match value:
+        case None:
+            return "unknown"
         case bool():
             return "yes" if value else "no"
         case float():

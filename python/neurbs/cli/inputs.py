@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, TypeAlias
+from typing import Annotated, Any, TypeAlias, cast
 
 import numpy as np
 import typer
@@ -11,7 +11,10 @@ from numpy.typing import NDArray
 
 import neurbs
 from neurbs import NurbsSurface, PointCloud, Shell, io
+from neurbs.cli.completion import of_words
+from neurbs.cli.options import FILES
 from neurbs.io.obj import is_free_form
+from neurbs.io.packed import name_of
 from neurbs.io.point_readers import warn_dropped
 
 Surface: TypeAlias = Annotated[
@@ -37,6 +40,7 @@ Columns: TypeAlias = Annotated[
         "--columns",
         metavar="X,Y,Z",
         help="Columns of the coordinates in a table or an array: names, or numbers from 0",
+        rich_help_panel=FILES,
     ),
 ]
 Nan: TypeAlias = Annotated[
@@ -45,6 +49,8 @@ Nan: TypeAlias = Annotated[
         "--nan",
         metavar="WORD",
         help="Treatment of points that are incomplete or not finite (error|drop, default: error)",
+        autocompletion=of_words("error", "drop"),
+        rich_help_panel=FILES,
     ),
 ]
 
@@ -59,27 +65,43 @@ def check_points(context: typer.Context, path: Path) -> None:
             raise typer.BadParameter(str(error), ctx=context, param_hint="'POINTS'") from None
 
 
-def read_points(path: Path, columns: str | None, nan: str | None) -> NDArray[np.float64]:
+def read_points(
+    path: Path, columns: str | None, nan: str | None, unit: str | None = None
+) -> NDArray[np.float64]:
     """Read the coordinates of a file."""
-    points: NDArray[np.float64] = neurbs.read_points(path, **_given(columns, nan))
+    points: NDArray[np.float64] = neurbs.read_points(path, unit=unit, **_given(columns, nan))
     return points
 
 
-def read_point_cloud(path: Path, columns: str | None, nan: str | None) -> PointCloud:
+def read_point_cloud(
+    path: Path, columns: str | None, nan: str | None, unit: str | None = None
+) -> PointCloud:
     """Read the points of a file with their attributes, and warn of dropped points."""
-    cloud = neurbs.read_point_cloud(path, **_given(columns, nan))
+    cloud = neurbs.read_point_cloud(path, unit=unit, **_given(columns, nan))
     if nan == "drop":
-        warn_dropped(path, cloud.dropped, len(cloud))
+        warn_dropped(name_of(path), cloud.dropped - cloud.no_data, len(cloud))
     return cloud
 
 
-def load(path: Path, columns: str | None, nan: str | None) -> Shell | PointCloud:
-    """Read a shell or points, by the suffix of the file."""
+def has_faces(path: Path) -> bool:
+    """Whether a file has a surface or a shell, and not points, by its suffix."""
     suffix = path.suffix.lower()
     # The vertices of other OBJ files are points.
-    if suffix in io.LOADABLE or (suffix == ".obj" and path.is_file() and is_free_form(path)):
-        return neurbs.load_shell(path)
-    return read_point_cloud(path, columns, nan)
+    return suffix in io.LOADABLE or (suffix == ".obj" and path.is_file() and is_free_form(path))
+
+
+def load(
+    path: Path, columns: str | None, nan: str | None, unit: str | None = None
+) -> Shell | PointCloud:
+    """Read a shell or points."""
+    if has_faces(path):
+        return neurbs.load_shell(path, unit=unit)
+    return read_point_cloud(path, columns, nan, unit)
+
+
+def in_unit(thing: Shell | PointCloud, unit: str) -> Shell | PointCloud:
+    """Convert a shell or points to a unit of `LENGTH_UNITS`."""
+    return thing.to_unit(cast(Any, unit))
 
 
 def only_surface(shell: Shell) -> NurbsSurface | None:

@@ -18,12 +18,21 @@ import typer
 from typer.core import TyperCommand
 
 import neurbs
-from neurbs.cli.options import flag
+from neurbs.cli.help import write_options
+from neurbs.cli.options import flag, with_pairs
 from neurbs.errors import printable
 
 
 class Command(TyperCommand):
-    """A command whose errors and warnings name its options instead of arguments."""
+    """A command with groups of options, whose errors name options instead of arguments."""
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:
+        """Write arguments and options in groups."""
+        write_options(ctx, formatter)
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Parse the words of the command line; a pair of equal numbers may be one number."""
+        return super().parse_args(ctx, with_pairs(self.params, args))
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command; an error about an option is a wrong command line."""

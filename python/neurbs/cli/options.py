@@ -3,14 +3,23 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Annotated, Any, TypeAlias, TypeVar
 
 import typer
 
+from neurbs._core import LENGTH_UNITS
+from neurbs.cli.completion import of_words
+
+PAIR = 2
+"""Words of an option that may be one number."""
+
 Command = TypeVar("Command", bound=Callable[..., Any])
+
+FILES = "Files"
+"""The group of options about files."""
 
 AsJson: TypeAlias = Annotated[
     bool, typer.Option("--json", metavar="", help="Print one JSON document")
@@ -23,8 +32,11 @@ Unit: TypeAlias = Annotated[
     typer.Option(
         "--unit",
         metavar="UNIT",
-        help="Unit of the coordinates, for files and legends (default: the unit of the points, if "
-        "their file has one)",
+        help="Unit of the results: numbers of a file with another unit are converted; a file "
+        f"without one is taken to be in it ({'|'.join(LENGTH_UNITS)}, default: the unit of the "
+        "file)",
+        autocompletion=of_words(*LENGTH_UNITS),
+        rich_help_panel=FILES,
     ),
 ]
 
@@ -46,6 +58,8 @@ class Option:
         The values that the function takes, where they are words.
     default : str
         The default in words, for an argument whose default is None.
+    group : str
+        The group in the help, one of `neurbs.cli.help.GROUPS`; by default that of the command.
     """
 
     name: str
@@ -53,6 +67,7 @@ class Option:
     metavar: str = "WORD"
     choices: tuple[str, ...] = ()
     default: str = ""
+    group: str = ""
 
 
 SEED = Option("seed", "Seed of all random numbers; the same seed gives the same result", "N")
@@ -70,8 +85,34 @@ def flag(name: str) -> str:
     return f"--{name.replace('_', '-')}"
 
 
+def with_pairs(parameters: Sequence[Any], words: Sequence[str]) -> list[str]:
+    """Double the one number after an option that takes two: `--grid 30` means `--grid 30 30`."""
+    pairs = {word for each in parameters if each.nargs == PAIR for word in each.opts}
+    result: list[str] = []
+    rest = list(words)
+    while rest:
+        word = rest.pop(0)
+        name, equal, value = word.partition("=")
+        if name not in pairs:
+            result.append(word)
+            continue
+        if equal:
+            rest.insert(0, value)
+        count = next((n for n, each in enumerate(rest) if not _is_number(each)), len(rest))
+        result += [name, *([rest.pop(0)] * 2 if count == 1 else [])]
+    return result
+
+
+def _is_number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
 def options_of(
-    function: Callable[..., Any], options: tuple[Option, ...]
+    function: Callable[..., Any], options: tuple[Option, ...], group: str
 ) -> Callable[[Command], Command]:
     """Give a command options in the place of its ``**options``.
 
@@ -81,6 +122,8 @@ def options_of(
         The function that the command calls; defaults come from its signature.
     options : tuple of Option
         One for each of its arguments that the command line can give.
+    group : str
+        The group of options without one.
     """
     arguments = inspect.signature(function).parameters
 
@@ -89,7 +132,7 @@ def options_of(
         own = [p for p in signature.parameters.values() if p.kind is not p.VAR_KEYWORD]
         keyword = [p for p in own if p.kind is p.KEYWORD_ONLY]
         positional = [p for p in own if p.kind is not p.KEYWORD_ONLY]
-        added = [_parameter(option, arguments[option.name].default) for option in options]
+        added = [_parameter(option, arguments[option.name].default, group) for option in options]
         # Typer reads the signature; the command itself gets the values as `**options`.
         command.__signature__ = signature.replace(  # type: ignore[attr-defined]
             parameters=[*positional, *added, *keyword]
@@ -105,7 +148,7 @@ def values(options: Mapping[str, Any]) -> dict[str, Any]:
     return {name: _value(value) for name, value in given.items()}
 
 
-def _parameter(option: Option, default: Any) -> inspect.Parameter:
+def _parameter(option: Option, default: Any, group: str) -> inspect.Parameter:
     """Return the parameter of the command for an option, with the function's default."""
     words = len(option.metavar.split())
     annotation: Any = bool | None
@@ -125,7 +168,16 @@ def _parameter(option: Option, default: Any) -> inspect.Parameter:
         option.name,
         inspect.Parameter.KEYWORD_ONLY,
         default=None,
-        annotation=Annotated[annotation, typer.Option(*names, metavar=option.metavar, help=text)],
+        annotation=Annotated[
+            annotation,
+            typer.Option(
+                *names,
+                metavar=option.metavar,
+                help=text,
+                autocompletion=of_words(*option.choices) if option.choices else None,
+                rich_help_panel=option.group or group,
+            ),
+        ],
     )
 
 

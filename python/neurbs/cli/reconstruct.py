@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 import typer
@@ -40,6 +41,7 @@ RECONSTRUCT_OPTIONS = (
         "Divisors of the coordinates for the fit, where axes have different units",
         "X Y Z",
         default="1 1 1, unless the extents show mixed units",
+        group="Fit",
     ),
     Option("grid", "Rows and columns of the control net", "N N", default="chosen by the fit"),
     Option(
@@ -52,9 +54,15 @@ RECONSTRUCT_OPTIONS = (
         "Start of the map: on the best candidate (auto), on the best by distances along the "
         "surface (geodesic) or on the best over a plane (pca)",
         choices=("auto", "geodesic", "pca"),
+        group="Fit",
     ),
-    Option("clean", "Merge duplicates and leave out gross outliers first", ""),
-    Option("robust", "Lower the weight of points that are outliers of the fitted surface", ""),
+    Option("clean", "Merge duplicates and leave out gross outliers first", "", group="Fit"),
+    Option(
+        "robust",
+        "Lower the weight of points that are outliers of the fitted surface",
+        "",
+        group="Fit",
+    ),
     Option(
         "rational",
         "Optimize the weights of the control points at the end and keep them if the fit improves",
@@ -65,6 +73,7 @@ RECONSTRUCT_OPTIONS = (
         "Weight of the fairness energy; 1 makes it as important as all points together",
         "NUMBER",
         default="by cross-validation",
+        group="Fit",
     ),
     Option(
         "border",
@@ -85,7 +94,7 @@ RECONSTRUCT_OPTIONS = (
         "--grid gives it (fixed)",
         choices=("data", "fixed"),
     ),
-    SEED,
+    dataclasses.replace(SEED, group="Fit"),
 )
 """Options of `neurbs.reconstruct`."""
 
@@ -123,10 +132,10 @@ PAPER_OPTIONS = (
 
 @command(
     "Fit a surface to points and write it to files.",
-    "neurbs reconstruct scan.xyz -o scan.step -o scan.html --grid 30 30",
+    "neurbs reconstruct scan.xyz -o scan.step -o scan.html --grid 30",
     "neurbs reconstruct scans/*.ply -o surfaces/",
 )
-@options_of(neurbs.reconstruct, RECONSTRUCT_OPTIONS)
+@options_of(neurbs.reconstruct, RECONSTRUCT_OPTIONS, "Surface")
 def reconstruct(
     context: typer.Context,
     points: Files,
@@ -160,10 +169,10 @@ def reconstruct(
 
 
 @command(
-    "Fit a surface by the paper's method: the trained lattice becomes the surface.",
-    "neurbs reconstruct-paper scan.xyz -o scan.step --grid 20 20",
+    "Fit a surface by the paper's method. The trained lattice becomes the surface.",
+    "neurbs reconstruct-paper scan.xyz -o scan.step --grid 20",
 )
-@options_of(neurbs.reconstruct_paper, PAPER_OPTIONS)
+@options_of(neurbs.reconstruct_paper, PAPER_OPTIONS, "Fit")
 def reconstruct_paper(
     context: typer.Context,
     points: Files,

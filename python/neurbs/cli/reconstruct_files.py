@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import glob
+import itertools
 import os
 import sys
 from collections.abc import Callable
@@ -14,16 +15,20 @@ import typer
 
 import neurbs
 from neurbs import Reconstruction, io
-from neurbs._core import LENGTH_UNITS
 from neurbs.cli.command import FAILED, NOT_MET, print_json, print_table
+from neurbs.cli.completion import of_suffixes, of_words
 from neurbs.cli.inputs import check_points, read_point_cloud
 from neurbs.cli.messages import failure, option_argument, with_options
+from neurbs.cli.options import FILES
 from neurbs.cli.outputs import check_outputs
 from neurbs.cli.progress import progress_bar
 from neurbs.errors import printable
 from neurbs.io.units import check_unit
 
 _WRITABLE = "; ".join(f"{part}: {' '.join(suffixes)}" for part, suffixes in io.WRITABLE.items())
+
+_SUFFIXES = tuple(dict.fromkeys(itertools.chain.from_iterable(io.WRITABLE.values())))
+"""Suffixes of all files that a result can be written to."""
 
 Files: TypeAlias = Annotated[
     list[Path],
@@ -37,8 +42,10 @@ Output: TypeAlias = Annotated[
         "--output",
         "-o",
         metavar="OUT",
-        help="File to write; give it again for another. With several files of points, or a / at "
-        f"its end: the folder for the results. {_WRITABLE}",
+        help="File to write. With several files of points, or a / at its end: the folder for the "
+        f"results. {_WRITABLE}",
+        autocompletion=of_suffixes(*_SUFFIXES),
+        rich_help_panel=FILES,
     ),
 ]
 Suffix: TypeAlias = Annotated[
@@ -46,7 +53,9 @@ Suffix: TypeAlias = Annotated[
     typer.Option(
         "--suffix",
         metavar="SUFFIX",
-        help="Suffix of the files in a folder; give it again for another (default: .step)",
+        help="Suffix of the files in a folder (default: .step)",
+        autocompletion=of_words(*_SUFFIXES, *(suffix[1:] for suffix in _SUFFIXES)),
+        rich_help_panel=FILES,
     ),
 ]
 Strict: TypeAlias = Annotated[
@@ -84,7 +93,8 @@ def run(
     """
     files = [file for path in points for file in _expanded(path)]
     batch = len(files) > 1 or any(map(_is_folder, output))
-    jobs = _jobs(context, files, output, suffix, unit, batch=batch)
+    check_unit(unit)
+    jobs = _jobs(context, files, output, suffix, batch=batch)
     written = [target for targets in jobs.values() for target in targets]
     sources = [file for file, targets in jobs.items() for _ in targets] if batch else []
     numbered = given.get("component") == "each"
@@ -93,12 +103,12 @@ def run(
     met = True
     for file, targets in jobs.items():
         try:
-            cloud = read_point_cloud(file, columns, nan)
+            cloud = read_point_cloud(file, columns, nan, unit)
             with progress_bar(not quiet, printable(file.name) if batch else "") as progress:
                 found = function(cloud, progress=progress, **given)
             results = _numbered(found, targets)
             for result, written in results:
-                _write(result, written, unit, cloud.unit, file)
+                _write(result, written, file)
         except (neurbs.NeurbsError, OSError, MemoryError) as error:
             wrong_option = isinstance(error, neurbs.NeurbsError) and option_argument(context, error)
             if wrong_option or not batch:
@@ -112,7 +122,8 @@ def run(
             names = [str(target) for target in written]
             report = result.report
             met = met and report.converged and report.valid
-            documents.append({"input": str(file), "report": report.to_dict(), "files": names})
+            document = {"input": str(file), "unit": result.unit, "report": report.to_dict()}
+            documents.append({**document, "files": names})
             if not quiet and not as_json:
                 print_table(_summary(file if batch else "", result, names))
     failed = sum("error" in document for document in documents)
@@ -130,19 +141,14 @@ def _jobs(
     files: list[Path],
     output: list[str],
     suffix: list[str] | None,
-    unit: str | None,
     *,
     batch: bool,
 ) -> dict[Path, list[Path]]:
     """Return the files to write for each file of points, after checks of both."""
     places = [Path(place) for place in output]
     jobs = {file: _targets(context, file, places, suffix, batch=batch) for file in files}
-    for file, targets in jobs.items():
-        for target in targets:
-            # A report shows any unit in its legend.
-            check_unit(None if _is_report(target) else unit)
-        if not batch:
-            check_points(context, file)
+    if not batch:
+        check_points(context, files[0])
     return jobs
 
 
@@ -195,24 +201,13 @@ def _numbered(
     ]
 
 
-def _write(
-    result: Reconstruction,
-    targets: list[Path],
-    unit: str | None,
-    unit_of_points: str | None,
-    source: Path,
-) -> None:
-    """Write the files of a result, in the given unit or else in the unit of the points."""
+def _write(result: Reconstruction, targets: list[Path], source: Path) -> None:
+    """Write the files of a result."""
     for target in targets:
-        if _is_report(target):
-            result.write_report(target, unit=unit or unit_of_points or "", source=source)
+        if target.suffix.lower() in io.WRITABLE["report"]:
+            result.write_report(target, source=source)
         else:
-            known = unit_of_points if unit_of_points in LENGTH_UNITS else None
-            neurbs.save(result, target, unit=unit or known)
-
-
-def _is_report(target: Path) -> bool:
-    return target.suffix.lower() in io.WRITABLE["report"]
+            neurbs.save(result, target)
 
 
 def _with_name(file: Path, message: str) -> str:
@@ -222,5 +217,10 @@ def _with_name(file: Path, message: str) -> str:
 
 def _summary(name: Path | str, result: Reconstruction, files: list[str]) -> dict[str, str]:
     written = printable(", ".join(files))
-    lines = {"file": printable(str(name)), **result.report.lines(), "written": written}
+    lines = {
+        "file": printable(str(name)),
+        "unit": printable(result.unit or ""),
+        **result.report.lines(),
+        "written": written,
+    }
     return {title: line for title, line in lines.items() if line}

@@ -10,9 +10,10 @@ import typer
 import neurbs
 from neurbs import NeurbsError, NurbsSurface, io
 from neurbs.cli.command import command, print_json, print_table
+from neurbs.cli.completion import of_suffixes
 from neurbs.cli.config import Config
 from neurbs.cli.inputs import Surface, only_surface
-from neurbs.cli.options import AsJson, Option, Quiet, Unit, options_of, values
+from neurbs.cli.options import FILES, AsJson, Option, Quiet, Unit, options_of, values
 from neurbs.cli.outputs import check_outputs
 
 OPTIONS = (
@@ -58,7 +59,7 @@ OPTIONS = (
 
 
 @command("Turn a surface or shell into triangles.", "neurbs tessellate part.step -o part.stl")
-@options_of(NurbsSurface.tessellate, OPTIONS)
+@options_of(NurbsSurface.tessellate, OPTIONS, "Triangles")
 def tessellate(
     context: typer.Context,
     surface: Surface,
@@ -68,7 +69,9 @@ def tessellate(
             "--output",
             "-o",
             metavar="MESH",
-            help="File to write; give it again for another: " + " ".join(io.WRITABLE["mesh"]),
+            help="File to write: " + " ".join(io.WRITABLE["mesh"]),
+            autocompletion=of_suffixes(*io.WRITABLE["mesh"]),
+            rich_help_panel=FILES,
             readable=False,
         ),
     ],
@@ -82,13 +85,13 @@ def tessellate(
     """Run `neurbs.NurbsSurface.tessellate` on the surface or shell of a file."""
     check_outputs(context, output, [surface])
     given = values(options)
-    shell = neurbs.load_shell(surface)
+    shell = neurbs.load_shell(surface, unit=unit)
     loaded = only_surface(shell) or shell
     if "shape" in given and loaded is shell:
         raise NeurbsError(f"{surface}: --shape must be left out: the file has trims or many faces")
     mesh = loaded.tessellate(**given)
     for path in output:
-        neurbs.save(mesh, path, unit=unit)
+        neurbs.save(mesh, path, unit=shell.unit)
     files = [str(path) for path in output]
     counts = {"vertices": len(mesh.vertices), "triangles": len(mesh.triangles)}
     if as_json:

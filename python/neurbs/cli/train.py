@@ -9,9 +9,10 @@ import typer
 
 from neurbs import SelfOrganizingMap
 from neurbs.cli.command import command, print_json, print_table
+from neurbs.cli.completion import of_suffixes
 from neurbs.cli.config import Config
 from neurbs.cli.inputs import Columns, Nan, Points, check_points, read_points
-from neurbs.cli.options import REACH, SEED, AsJson, Option, Quiet, options_of, values
+from neurbs.cli.options import FILES, REACH, SEED, AsJson, Option, Quiet, options_of, values
 from neurbs.cli.outputs import check_outputs
 from neurbs.cli.progress import progress_bar
 from neurbs.io import check_target
@@ -103,7 +104,7 @@ OPTIONS = (
     "Train a self-organizing map and write it to files.",
     "neurbs train scan.xyz -o map.npz -o training.gif --rows 24 --cols 16",
 )
-@options_of(SelfOrganizingMap, OPTIONS)
+@options_of(SelfOrganizingMap, OPTIONS, "Training")
 def train(
     context: typer.Context,
     points: Points,
@@ -113,8 +114,10 @@ def train(
             "--output",
             "-o",
             metavar="OUT",
-            help="File to write; give it again for another. The map: .npz; a picture: .png; "
-            "an animation of the training: .gif .mp4 .html",
+            help="File to write. The map: .npz; a picture: .png; an animation of the training: "
+            ".gif .mp4 .html",
+            autocompletion=of_suffixes(_MAP, _PICTURE, *_ANIMATIONS),
+            rich_help_panel=FILES,
             readable=False,
         ),
     ],

@@ -11,9 +11,11 @@ import typer
 
 from neurbs import NeurbsError, PointCloud
 from neurbs.cli.command import command, print_table
+from neurbs.cli.completion import of_suffixes
 from neurbs.cli.config import Config
 from neurbs.cli.inputs import Columns, File, Nan, load, only_surface, read_points
-from neurbs.cli.options import Option, Quiet, options_of, values
+from neurbs.cli.options import FILES, Option, Quiet, options_of, values
+from neurbs.io.units import file_unit
 from neurbs.plot import plot_points, plot_shell, plot_surface, save_picture
 
 OPTIONS = (
@@ -38,22 +40,32 @@ OPTIONS = (
 
 
 @command(
-    "Show a surface, a shell or points in a window, or write a picture of them.",
+    "Show a file in a window, or write a picture. It has a surface, a shell or points.",
     "neurbs view part.step --points scan.ply --color deviation",
 )
-@options_of(plot_surface, OPTIONS)
+@options_of(plot_surface, OPTIONS, "Picture")
 def view(
     context: typer.Context,
     file: File,
     *,
     points: Annotated[
         Path | None,
-        typer.Option(metavar="POINTS", help="Points to draw with a surface", readable=False),
+        typer.Option(
+            metavar="POINTS",
+            help="Points to draw with a surface",
+            readable=False,
+            rich_help_panel=FILES,
+        ),
     ] = None,
     output: Annotated[
         Path | None,
         typer.Option(
-            "--output", "-o", metavar="OUT.png", help="Write a picture and open no window"
+            "--output",
+            "-o",
+            metavar="OUT.png",
+            help="Write a picture and open no window",
+            autocompletion=of_suffixes(".png"),
+            rich_help_panel=FILES,
         ),
     ] = None,
     columns: Columns = None,
@@ -71,11 +83,12 @@ def view(
         _check_display()
     thing, given = load(file, columns, nan), values(options)
     backend = "pyvista" if output is None else "matplotlib"
-    cloud = None if points is None else read_points(points, columns, nan)
+    unit = file_unit(thing.unit)
+    cloud = None if points is None else read_points(points, columns, nan, unit)
     if isinstance(thing, PointCloud):
         drawn = plot_points(thing.points, backend=backend)
     elif surface := only_surface(thing):
-        drawn = plot_surface(surface, cloud, backend=backend, **given)
+        drawn = plot_surface(surface, cloud, backend=backend, **{"unit": thing.unit or "", **given})
     elif given:
         names = ", ".join(f"--{name.replace('_', '-')}" for name in given)
         raise NeurbsError(f"{file}: {names} must be left out: the file has a shell, not a surface")

@@ -5,7 +5,8 @@ they are used.
 """
 
 from neurbs.io.point_cloud import PointCloud
-from neurbs.io.point_readers import READABLE, check_source, read_point_cloud, read_points
+from neurbs.io.point_formats import READABLE, check_source
+from neurbs.io.point_readers import read_point_cloud, read_points
 from neurbs.io.shell_readers import load_shell
 from neurbs.io.surface_readers import LOADABLE, load_surface, load_surfaces
 from neurbs.io.writers import WRITABLE, check_target, save

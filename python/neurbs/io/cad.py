@@ -14,9 +14,9 @@ from neurbs._core import LENGTH_UNITS, NeurbsError
 from neurbs.extras import require_for_file
 from neurbs.io.cad_faces import face_data
 from neurbs.io.cad_parts import Part, located_faces, parts
-from neurbs.io.face_file import FaceData, FaceFile, conversion, label, scaled
+from neurbs.io.face_file import FaceData, FaceFile, label, scaled
 from neurbs.io.reading import cause
-from neurbs.io.units import symbol
+from neurbs.io.units import ratio, symbol
 
 _STEP = (".step", ".stp")
 
@@ -35,7 +35,7 @@ def read_cad(path: Path) -> FaceFile:
         faces, left_out = _faces(content)
         others = Counter[str]() if faces or left_out else _others(content)
     # OpenCASCADE converts coordinates to millimeters.
-    return FaceFile(scaled(faces, conversion("mm", content.unit)), content.unit, left_out, others)
+    return FaceFile(scaled(faces, ratio("mm", content.unit)), content.unit, left_out, others)
 
 
 @dataclass(frozen=True)

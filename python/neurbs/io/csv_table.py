@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 from numpy.typing import NDArray
@@ -9,10 +10,15 @@ from numpy.typing import NDArray
 from neurbs.io.point_cloud import PointCloud
 from neurbs.io.row_blocks import row_blocks
 
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9 ]*")
+"""Names of units that need no quotes; where z has another unit, the header has none."""
+
 
 def write_csv(cloud: PointCloud, path: str) -> None:
-    """Write points and their attributes with a header and all digits."""
-    tables: dict[str, NDArray[Any]] = {"x,y,z": cloud.points}
+    """Write points and their attributes with all digits; the header has the unit in brackets."""
+    unit = f" [{cloud.unit}]" if cloud.unit and _NAME.fullmatch(cloud.unit) else ""
+    axes = ",".join(f"{axis}{unit}" for axis in "xyz")
+    tables: dict[str, NDArray[Any]] = {axes: cloud.points}
     if cloud.normals is not None:
         tables["nx,ny,nz"] = cloud.normals
     if cloud.colors is not None:

@@ -32,6 +32,9 @@ _CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
 _SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
 _COLORS = ("colorRed", "colorGreen", "colorBlue")
 
+_MOST_COLOR = 65535
+"""Largest range of a color: 16 bits."""
+
 
 def read_e57(path: Path, request: Request) -> PointSource:
     """Read the points of all scans, in their common frame."""
@@ -53,7 +56,7 @@ def read_e57(path: Path, request: Request) -> PointSource:
     def blocks() -> Iterator[Block]:
         with closing(pye57.E57(str(path))) as file:
             for scan in range(file.scan_count):
-                yield from _scan(file, scan, colored=colored)
+                yield from _scan(path, file, scan, colored=colored)
 
     # The unit of the E57 standard is the meter.
     return PointSource(blocks(), count=count, unit="m", crs=crs or None)
@@ -87,23 +90,62 @@ def _text(file: Any, name: str) -> str:
     return str(file.root[name].value()) if file.root.isDefined(name) else ""
 
 
-def _scan(file: Any, scan: int, *, colored: bool) -> Iterator[Block]:
+def _scan(path: Path, file: Any, scan: int, *, colored: bool) -> Iterator[Block]:
     header = file.get_header(scan)
+    if not header.point_count:
+        return
     present = header.point_fields
     cartesian = set(_CARTESIAN) <= set(present)
     axes = _CARTESIAN if cartesian else _SPHERICAL
     invalid = "cartesianInvalidState" if cartesian else "sphericalInvalidState"
-    names = [*axes, *(_COLORS if colored else ()), *([invalid] if invalid in present else [])]
+    names = [*axes, *([invalid] if invalid in present else [])]
     data, buffers = file.make_buffers(names, min(BLOCK, header.point_count))
+    if colored:
+        # The buffers of the library for colors have 8 bits.
+        data |= {name: np.empty(min(BLOCK, header.point_count)) for name in _COLORS}
+        for name in _COLORS:
+            buffers.append(_buffer(path, file, name, data[name]))
+    ranges = [_range(path, header, name) for name in _COLORS] if colored else []
     rotation, translation = header.rotation_matrix, header.translation
     with closing(header.points.reader(buffers)) as reader:
         while count := reader.read():
             points = np.column_stack([data[name][:count] for name in axes])
             if not cartesian:
                 points = _from_spherical(points)
-            colors = np.column_stack([data[c][:count] for c in _COLORS]) if colored else None
+            colors = None
+            if colored:
+                columns = zip(_COLORS, ranges, strict=True)
+                colors = np.column_stack([_bytes(data[c][:count], *ends) for c, ends in columns])
             block = Block(points @ rotation.T + translation, colors=colors)
             yield block.only(data[invalid][:count] == 0) if invalid in data else block
+
+
+def _buffer(path: Path, file: Any, name: str, array: NDArray[np.float64]) -> Any:
+    """Return a buffer of the library that fills an array, whatever type the field has."""
+    library = require_for_file(path, "pye57.libe57")
+    return library.SourceDestBuffer(file.image_file, name, array, len(array), True, True)
+
+
+def _range(path: Path, header: Any, name: str) -> tuple[float, float]:
+    """Return the least and the largest value of a color: by its limits, else by its type."""
+    ends = [f"{name}Minimum", f"{name}Maximum"]
+    limits = header["colorLimits"] if header.node.isDefined("colorLimits") else None
+    if limits is not None and all(map(limits.isDefined, ends)):
+        low, high = (float(limits[end].value()) for end in ends)
+    else:
+        library = require_for_file(path, "pye57.libe57")
+        field = library.StructureNode(header.points.prototype())[name]
+        scaled = hasattr(field, "scaledMaximum")
+        # A field without bounds has those of 64 bits, or of a real number.
+        low = float(field.scaledMinimum() if scaled else field.minimum())
+        high = float(field.scaledMaximum() if scaled else field.maximum())
+    return (low, high) if 0 < high - low <= _MOST_COLOR else (0, 255)
+
+
+def _bytes(values: NDArray[np.float64], low: float, high: float) -> NDArray[np.uint8]:
+    scaled = (values - low) * (255 / (high - low))
+    as_bytes: NDArray[np.uint8] = scaled.round().clip(0, 255).astype(np.uint8)
+    return as_bytes
 
 
 def _from_spherical(points: NDArray[np.float64]) -> NDArray[np.float64]:

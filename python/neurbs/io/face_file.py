@@ -8,7 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from neurbs._core import LENGTH_UNITS, Face, NeurbsError, NurbsCurve, NurbsSurface
+from neurbs._core import Face, NeurbsError, NurbsCurve, NurbsSurface
+from neurbs.io.units import ratio
 
 Loops = list[list[NurbsCurve]]
 """Closed chains of curves in (u, v), the outer one first."""
@@ -131,19 +132,13 @@ def no_faces(path: Path, file: FaceFile, kind: str) -> NeurbsError:
     return NeurbsError(f"{path}: must have at least one {kind}, but has {got}")
 
 
-def in_unit(path: Path, file: FaceFile, unit: str | None) -> FaceFile:
-    """Return a file with its coordinates in another unit.
-
-    Raises
-    ------
-    NeurbsError
-        If a unit is wanted and the file has none.
-    """
+def in_unit(file: FaceFile, unit: str | None) -> FaceFile:
+    """Return a file with its coordinates in another unit; one without a unit gets it."""
     if unit is None or unit == file.unit:
         return file
     if file.unit is None:
-        raise NeurbsError(f"{path}: unit must be left out, as the file has none; got {unit!r}")
-    factor = conversion(file.unit, unit)
+        return replace(file, unit=unit)
+    factor = ratio(file.unit, unit)
     tolerance = None if file.tolerance is None else factor * file.tolerance
     return replace(file, faces=scaled(file.faces, factor), unit=unit, tolerance=tolerance)
 
@@ -154,8 +149,3 @@ def scaled(faces: list[FaceData], factor: float) -> list[FaceData]:
         return faces
     matrix = np.diag([factor, factor, factor, 1.0])
     return [replace(face, surface=face.surface.transformed(matrix)) for face in faces]
-
-
-def conversion(unit: str, wanted: str) -> float:
-    """Return the factor that converts lengths from a unit to another."""
-    return LENGTH_UNITS[unit] / LENGTH_UNITS[wanted]

@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from neurbs._core import Face, NeurbsError, Shell
-from neurbs.io.face_file import Edges, FaceData, FaceFile, conversion, scaled
+from neurbs.io.face_file import Edges, FaceData, FaceFile, scaled
 from neurbs.io.geomdl_json import surfaces_of
 from neurbs.io.reading import read_whole
+from neurbs.io.units import ratio
 
 _MAX_BYTES = 1 << 29
 """Most bytes of a file, which is read as a whole."""
@@ -63,7 +64,7 @@ def _shells(path: Path, document: dict[str, Any]) -> FaceFile:
         elif shell.unit != unit:
             if shell.unit is None or unit is None:
                 raise NeurbsError(f"{path}: shells must all have a unit, or none of them")
-            factor = conversion(shell.unit, unit)
+            factor = ratio(shell.unit, unit)
         edges: list[Edges] | None = shell.to_dict()["edges"]
         of_shell = [
             _face(

@@ -46,7 +46,7 @@ def read_faces(path: Path, kind: str, suffixes: tuple[str, ...], unit: str | Non
         file = _READERS[path.suffix.lower()](path)
     if not file.faces:
         raise no_faces(path, file, kind)
-    return in_unit(path, file, unit)
+    return in_unit(file, unit)
 
 
 _READERS: dict[str, Callable[[Path], FaceFile]] = {

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
-from neurbs._core import NeurbsError, NurbsSurface
+from neurbs._core import LENGTH_UNITS, NeurbsError, NurbsSurface
 from neurbs.io.face_file import FaceData, FaceFile
 
 _TRIMMED: dict[str, Any] = {"is_trimmed": True, "defect": "trims of geomdl are not read"}
 """What a face with trims has."""
 
 
-def write_json(surface: NurbsSurface, path: str) -> None:
-    """Write a surface with all digits."""
+def write_json(surface: NurbsSurface, path: str, unit: str | None = None) -> None:
+    """Write a surface with all digits; the key `unit` is an addition, which geomdl ignores."""
     (rows, cols), (p, q) = surface.control_points.shape[:2], surface.degree
     net: dict[str, Any] = {"points": surface.control_points.reshape(-1, 3).tolist()}
     if surface.weights is not None:
@@ -33,7 +33,9 @@ def write_json(surface: NurbsSurface, path: str) -> None:
         "size_v": cols,
         "control_points": net,
     }
-    document = {"shape": {"type": "surface", "count": 1, "data": [data]}}
+    document: dict[str, Any] = {"shape": {"type": "surface", "count": 1, "data": [data]}}
+    if unit is not None:
+        document["unit"] = unit
     with open(path, "w", encoding="utf-8") as file:
         # In pieces, so that Ctrl-C is handled in between.
         file.writelines(json.JSONEncoder().iterencode(document))
@@ -53,7 +55,14 @@ def surfaces_of(path: Path, document: Any) -> FaceFile:
         raise NeurbsError(
             f"{path}: must be a surface as geomdl writes it, but {error} is missing or wrong"
         ) from None
-    return FaceFile(faces)
+    return FaceFile(faces, _unit(path, document.get("unit")))
+
+
+def _unit(path: Path, unit: Any) -> str | None:
+    if unit is not None and unit not in LENGTH_UNITS:
+        known = " or ".join(map(repr, LENGTH_UNITS))
+        raise NeurbsError(f"{path}: unit must be {known}, got {unit!r}")
+    return cast(str | None, unit)
 
 
 def _surface(path: Path, item: dict[str, Any]) -> NurbsSurface:

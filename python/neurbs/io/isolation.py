@@ -21,7 +21,7 @@ from neurbs._core import NeurbsError
 from neurbs.extras import check_installed
 from neurbs.io.face_file import FaceFile
 from neurbs.io.face_frames import face_of, file_of
-from neurbs.io.point_cloud import Block, PointSource, Request
+from neurbs.io.point_cloud import Block, Doubt, PointSource, Request
 from neurbs.io.reading import damaged
 from neurbs.io.worker import FOR_ATTRIBUTES, MEMORY, MEMORY_PER_BYTE, READERS, reader
 
@@ -76,7 +76,8 @@ def read_points(path: Path, request: Request) -> PointSource:
         for part, (points, normals, colors) in frames
     )
     offset = head["offset"] and tuple(head["offset"])
-    return PointSource(blocks, head["count"], head["unit"], head["crs"], offset)
+    doubts = [Doubt(*doubt) for doubt in head["doubts"]]
+    return PointSource(blocks, head["count"], head["unit"], head["crs"], offset, doubts)
 
 
 def _can_start() -> bool:

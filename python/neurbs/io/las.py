@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from neurbs.extras import require_for_file
-from neurbs.io.point_cloud import BLOCK, Block, PointSource, Request, checked_count
-from neurbs.io.reading import check_size, damaged
-from neurbs.io.units import symbol
+from neurbs.io.point_cloud import BLOCK, Block, Doubt, PointSource, Request, checked_count
+from neurbs.io.reading import check_size, crs_doubt, damaged
+from neurbs.io.units import of_heights, symbol
 
 _OLD_HEADER, _HEADER, _RECORD, _EXTENDED_RECORD = 227, 375, 54, 60
 """Bytes of a header before and from version 1.4, and fewest bytes of a record and of a long one."""
@@ -32,10 +32,20 @@ def read_las(path: Path, request: Request) -> PointSource:
         require_for_file(path, "pyproj")
     with laspy.open(path) as file:
         header = file.header
-        crs = header.parse_crs() if request.attributes else None
+    doubts: list[Doubt] = []
+    unit = crs = None
+    if request.attributes:
+        try:
+            unit, crs = _reference(header)
+        except MemoryError:
+            raise
+        except Exception as error:  # Of laspy, of pyproj or of PROJ: the points can be read.
+            doubts.append(crs_doubt(error))
     colored = request.attributes and set(_COLORS) <= set(header.point_format.dimension_names)
 
     def blocks() -> Iterator[Block]:
+        if not header.point_count:
+            return
         with laspy.open(path) as file:
             for chunk in file.chunk_iterator(BLOCK):
                 points = np.column_stack([chunk.x, chunk.y, chunk.z])
@@ -45,9 +55,10 @@ def read_las(path: Path, request: Request) -> PointSource:
     return PointSource(
         checked_count(path, blocks(), header.point_count),
         count=header.point_count,
-        unit=None if crs is None else _unit(crs),
-        crs=None if crs is None else crs.to_string(),
+        unit=unit,
+        crs=crs,
         offset=tuple(header.offsets.tolist()) if request.attributes else None,
+        doubts=doubts,
     )
 
 
@@ -69,7 +80,12 @@ def _check_header(path: Path) -> None:
         check_size(path, count, length, "points", start)
 
 
-def _unit(crs: Any) -> str:
-    """Return the unit of x and y, and the unit of z if it differs."""
+def _reference(header: Any) -> tuple[str | None, str | None]:
+    """Return the unit of x and y, with that of z if it differs, and the reference system."""
+    crs = header.parse_crs()
+    if crs is None:
+        return None, None
     units = [symbol(axis.unit_name) for axis in crs.axis_info]
-    return units[0] if len({units[0], units[-1]}) == 1 else f"{units[0]}, z: {units[-1]}"
+    if not units:
+        return None, crs.to_string()
+    return of_heights(units[0], units[-1]), crs.to_string()

@@ -14,9 +14,11 @@ from numpy.typing import NDArray
 from neurbs._core import NeurbsError
 from neurbs.io.point_cloud import BLOCK, Block, PointSource, Request
 from neurbs.io.reading import damaged
+from neurbs.io.table_columns import Choice
+from neurbs.io.table_header import Header
 
 _NAMES = ("points", "xyz", "vertices")
-"""Names for the array of points in an archive."""
+"""Names for the array of points in an archive, or for the field of an array."""
 
 _AXES = ("x", "y", "z")
 
@@ -79,6 +81,8 @@ def _member(path: Path, archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> NDAr
 
 
 def _source(path: Path, array: NDArray[Any], request: Request) -> PointSource:
+    if array.dtype.names is not None:
+        return _of_fields(path, array, array.dtype.names, request)
     columns = request.columns
     if columns is not None:
         width = array.shape[1] if array.ndim == 2 else 0
@@ -95,11 +99,45 @@ def _source(path: Path, array: NDArray[Any], request: Request) -> PointSource:
         )
     else:
         places = list(range(array.shape[1]))
-    if array.dtype.kind not in "iuf":
-        raise NeurbsError(f"{path}: points must be real numbers, got an array of {array.dtype}")
+    _check_real(path, array.dtype)
 
     def blocks() -> Iterator[Block]:
         for start in range(0, len(array), BLOCK):
             yield Block(array[start : start + BLOCK, places])
 
     return PointSource(blocks(), count=len(array))
+
+
+def _of_fields(
+    path: Path, array: NDArray[Any], names: tuple[str, ...], request: Request
+) -> PointSource:
+    """Read the coordinates from the fields of a structured array."""
+    header = Header.of(names, 0)
+    whole = next((name for name in _NAMES if name in names), None)
+    if request.columns is None and whole is not None:
+        return _source(path, array[whole].reshape(len(array), -1), request)
+    places = (
+        header.axes if request.columns is None else header.chosen(path, request.columns, len(names))
+    )
+    if not places or array.ndim != 1:
+        raise NeurbsError(
+            f"{path}: points must be an array of shape (n,) with fields x, y and z, got shape "
+            f"{array.shape} with {', '.join(map(repr, names))}: "
+            "choose the coordinates with `columns`"
+        )
+    chosen = [names[place] for place in places]
+    for name in chosen:
+        _check_real(path, array.dtype[name])
+
+    def blocks() -> Iterator[Block]:
+        for start in range(0, len(array), BLOCK):
+            rows = array[start : start + BLOCK]
+            yield Block(np.column_stack([rows[name] for name in chosen]))
+
+    described = Choice(places).described(header)
+    return PointSource(blocks(), count=len(array), columns=described)
+
+
+def _check_real(path: Path, dtype: np.dtype[Any]) -> None:
+    if dtype.kind not in "iuf":
+        raise NeurbsError(f"{path}: points must be real numbers, got an array of {dtype}")

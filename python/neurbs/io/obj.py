@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from neurbs._core import NeurbsError
-from neurbs.io.point_cloud import PointSource, Request
+from neurbs.io.point_cloud import Doubt, PointSource, Request
+from neurbs.io.preamble import data_rows
 from neurbs.io.table import Layout, read_blocks
-from neurbs.io.text import data_rows
 
 _WITH_COLORS = 7
 """Columns of a vertex line with colors: 'v', x, y, z, red, green, blue."""
@@ -16,7 +16,10 @@ _WITH_COLORS = 7
 _FREE_FORM = "cstype"
 """The statement before free-form curves and surfaces."""
 
-_DOUBT = "vertices are control points of free-form surfaces: read these with load_shell"
+_DOUBT = Doubt(
+    "control-points",
+    "vertices are control points of free-form surfaces: read these with load_shell",
+)
 
 
 def is_free_form(path: Path) -> bool:
@@ -26,7 +29,7 @@ def is_free_form(path: Path) -> bool:
 
 def read_obj(path: Path, request: Request) -> PointSource:
     """Read all vertices (``v`` lines) in their order."""
-    doubts: list[str] = []
+    doubts: list[Doubt] = []
 
     def rows() -> Iterator[tuple[int, str]]:
         for number, text in data_rows(path):

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 
 from neurbs._core import NeurbsError
 from neurbs.io.point_cloud import Block, PointSource, Request, checked_count
+from neurbs.io.preamble import data_rows
 from neurbs.io.reading import check_size, damaged
 from neurbs.io.row_blocks import blocks_of
 from neurbs.io.table import Layout, read_blocks, shown
-from neurbs.io.text import data_rows
 
 if TYPE_CHECKING:
     from neurbs import TriangleMesh

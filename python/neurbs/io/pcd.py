@@ -101,7 +101,7 @@ def _read_header(path: Path, file: BinaryIO) -> _Header:
         if key.upper() == "DATA":
             break
     try:
-        names = entries.get("FIELDS") or entries["COLUMNS"]
+        names = [name.lower() for name in entries.get("FIELDS") or entries["COLUMNS"]]
         counts = entries.get("COUNT", ["1"] * len(names))
         types = [
             np.dtype((f"<{_KINDS[kind]}{int(size)}", (int(count),)))
@@ -157,6 +157,8 @@ def _binary(path: Path, header: _Header) -> Iterator[_Fields]:
 
 def _compressed(path: Path, header: _Header, lzf: Any) -> Iterator[_Fields]:
     """Decompress the whole table, which is stored field by field."""
+    if not header.points:
+        return
     with path.open("rb") as file:
         file.seek(header.size)
         sizes = np.fromfile(file, "<u4", 2)

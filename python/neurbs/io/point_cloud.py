@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
@@ -12,6 +12,7 @@ from numpy.typing import DTypeLike, NDArray
 
 from neurbs._core import NeurbsError
 from neurbs.errors import argument_error
+from neurbs.io.units import check_unit, conversion
 
 BLOCK = 1 << 16
 """Rows processed at a time: this bounds the memory and the time until Ctrl-C is handled."""
@@ -37,7 +38,8 @@ class PointCloud:
         Distance of each point to a surface, in the points' unit.
     unit : str, optional
         The unit of the coordinates: ``"mm"``, ``"m"``, ``"ft"``, ``"US survey foot"``,
-        ``"degree"``; if the unit of z differs, both, as in ``"m, z: ft"``.
+        ``"degree"``; if the unit of z differs, both, as in ``"m, z: ft"``. Results and files that
+        are made of the points have the same unit.
     crs : str, optional
         The coordinate reference system, as ``"EPSG:26910"`` or in WKT, for ``pyproj.CRS`` and
         geopandas.
@@ -45,6 +47,10 @@ class PointCloud:
         The origin of the coordinates in the file. It has been added to the points.
     dropped : int, default 0
         Number of points of the file that were left out: not finite, or marked as not measured.
+    no_data : int, default 0
+        How many of them the file marks as not measured, such as cells of a grid without data.
+    columns : str, optional
+        Which columns of a table were read as coordinates.
 
     Examples
     --------
@@ -65,6 +71,8 @@ class PointCloud:
     crs: str | None = None
     offset: tuple[float, float, float] | None = None
     dropped: int = 0
+    no_data: int = 0
+    columns: str | None = None
 
     def __post_init__(self) -> None:
         """Convert the attributes to arrays of the right types, and check their shapes."""
@@ -88,6 +96,48 @@ class PointCloud:
                 as_bytes(array) if name == "colors" else array.astype(np.float64, copy=False)
             )
             object.__setattr__(self, name, converted)
+
+    def to_unit(self, unit: str) -> PointCloud:
+        """Convert the points to another unit: the numbers change, the size stays.
+
+        Parameters
+        ----------
+        unit : {"mm", "cm", "m", "in", "ft"}
+            The new unit. Points without a unit get it, with their numbers unchanged.
+
+        Returns
+        -------
+        PointCloud
+            With this unit for x, y and z, distances and offset converted too.
+
+        Raises
+        ------
+        NeurbsError
+            If the unit is unknown, or the points' unit is not a length.
+
+        Examples
+        --------
+        >>> import neurbs
+        >>> cloud = neurbs.PointCloud([[1, 2, 3]], unit="in")
+        >>> cloud.to_unit("mm").points
+        array([[25.4, 50.8, 76.2]])
+        """
+        check_unit(unit)
+        factors = conversion(self.unit, unit)
+        if np.all(factors == 1):
+            return replace(self, unit=unit)
+        if self.distances is not None and np.ptp(factors):
+            raise NeurbsError(
+                f"points with distances must have one unit for x, y and z, got {self.unit!r}"
+            )
+        return replace(
+            self,
+            points=self.points * factors,
+            normals=converted_normals(self.normals, factors),
+            distances=None if self.distances is None else self.distances * factors[0],
+            offset=converted_offset(self.offset, factors),
+            unit=unit,
+        )
 
     def __len__(self) -> int:
         """Return the number of points."""
@@ -122,11 +172,14 @@ class Request:
         Whether points that are not finite are an error or are dropped.
     attributes : bool
         Whether to read the attributes too.
+    unit : str, optional
+        The unit to which the coordinates are converted.
     """
 
     columns: Columns | None = None
     nan: Literal["error", "drop"] = "error"
     attributes: bool = False
+    unit: str | None = None
 
 
 @dataclass(frozen=True)
@@ -141,12 +194,15 @@ class Block:
         Colors of any number type; see `as_bytes`.
     dropped : int
         Number of points that the file marks as not measured.
+    not_finite : int
+        Number of points that were left out because they are not finite.
     """
 
     points: NDArray[Any]
     normals: NDArray[Any] | None = None
     colors: NDArray[Any] | None = None
     dropped: int = 0
+    not_finite: int = 0
 
     def only(self, rows: NDArray[np.bool_]) -> Block:
         """Return the block with some rows only; the others are added to `dropped`."""
@@ -156,6 +212,22 @@ class Block:
 
         dropped = self.dropped + int(np.count_nonzero(~rows))
         return Block(self.points[rows], kept(self.normals), kept(self.colors), dropped)
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """A reason to doubt the points of a file.
+
+    Attributes
+    ----------
+    code : str
+        The code of its warning; see `neurbs.diagnostics.READER_CODES`.
+    message : str
+        Cause and remedy.
+    """
+
+    code: str
+    message: str
 
 
 @dataclass(frozen=True)
@@ -170,8 +242,10 @@ class PointSource:
         Largest number of points by the header, for which memory is allocated; 0 if unknown.
     unit, crs, offset
         As in `PointCloud`.
-    doubts : list of str
-        Reasons to doubt the points, complete after the last block.
+    doubts : list of Doubt
+        Complete after the last block.
+    columns
+        As in `PointCloud`.
     """
 
     blocks: Iterator[Block]
@@ -179,7 +253,53 @@ class PointSource:
     unit: str | None = None
     crs: str | None = None
     offset: tuple[float, float, float] | None = None
-    doubts: list[str] = field(default_factory=list)
+    doubts: list[Doubt] = field(default_factory=list)
+    columns: str | None = None
+
+    def to_unit(self, unit: str | None) -> PointSource:
+        """Convert coordinates to a unit while they are read; None changes nothing.
+
+        Raises
+        ------
+        NeurbsError
+            If the unit of the file is not a length.
+        """
+        if unit is None or unit == self.unit:
+            return self
+        factors = conversion(self.unit, unit)
+        if np.all(factors == 1):
+            return replace(self, unit=unit)
+
+        def converted(block: Block) -> Block:
+            points = block.points * factors[: block.points.shape[1]]
+            normals = converted_normals(block.normals, factors)
+            return replace(block, points=points, normals=normals)
+
+        offset = converted_offset(self.offset, factors)
+        return replace(self, blocks=map(converted, self.blocks), unit=unit, offset=offset)
+
+
+def converted_normals(
+    normals: NDArray[Any] | None, factors: NDArray[np.float64]
+) -> NDArray[Any] | None:
+    """Return normals where x, y and z are converted by factors; their lengths stay."""
+    if normals is None or not np.ptp(factors):
+        return normals
+    turned = normals / factors
+    lengths = [np.linalg.norm(each, axis=1, keepdims=True) for each in (normals, turned)]
+    # A normal of length 0 stays.
+    scale = np.divide(lengths[0], lengths[1], out=lengths[0], where=lengths[1] > 0)
+    return np.asarray(turned * scale)
+
+
+def converted_offset(
+    offset: tuple[float, float, float] | None, factors: NDArray[np.float64]
+) -> tuple[float, float, float] | None:
+    """Return an origin where x, y and z are converted by factors."""
+    if offset is None:
+        return None
+    x, y, z = (np.asarray(offset) * factors).tolist()
+    return x, y, z
 
 
 def checked_count(path: Path, blocks: Iterator[Block], count: int) -> Iterator[Block]:

@@ -1,10 +1,10 @@
-"""`neurbs.read_points` and `neurbs.read_point_cloud`: a reader for each suffix."""
+"""`neurbs.read_points` and `neurbs.read_point_cloud`."""
 
 from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal, overload
@@ -13,19 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from neurbs._core import NeurbsError
+from neurbs.diagnostics import CATEGORIES, PointsDroppedWarning
 from neurbs.errors import argument_error
-from neurbs.io import isolation
-from neurbs.io.e57 import read_e57
-from neurbs.io.mesh_vertices import read_vertices
-from neurbs.io.numpy_file import read_npy, read_npz
-from neurbs.io.obj import read_obj
-from neurbs.io.off import read_off
-from neurbs.io.pcd import read_pcd
-from neurbs.io.ply import read_ply
+from neurbs.io.packed import name_of
 from neurbs.io.point_cloud import Block, Collector, PointCloud, PointSource, Request
-from neurbs.io.raster import read_asc, read_geotiff
-from neurbs.io.reading import blocks_of_file, check_file, reading
-from neurbs.io.text import read_pts, read_text
+from neurbs.io.point_formats import opened
+from neurbs.io.units import check_unit
 
 
 @overload
@@ -34,6 +27,7 @@ def read_points(
     *,
     columns: Sequence[str | int] | None = ...,
     nan: Literal["error", "drop"] = ...,
+    unit: str | None = ...,
     chunks: None = ...,
 ) -> NDArray[np.float64]: ...
 
@@ -44,6 +38,7 @@ def read_points(
     *,
     columns: Sequence[str | int] | None = ...,
     nan: Literal["error", "drop"] = ...,
+    unit: str | None = ...,
     chunks: int,
 ) -> Iterator[NDArray[np.float64]]: ...
 
@@ -53,39 +48,44 @@ def read_points(
     *,
     columns: Sequence[str | int] | None = None,
     nan: Literal["error", "drop"] = "error",
+    unit: str | None = None,
     chunks: int | None = None,
 ) -> NDArray[np.float64] | Iterator[NDArray[np.float64]]:
     r"""Read scattered points from a file.
 
     The suffix, in upper or lower case, selects the format:
 
-    ``.xyz``, ``.txt``, ``.csv``, ``.asc``, ``.pts``
+    ``.xyz``, ``.txt``, ``.csv``, ``.tsv``, ``.dat``, ``.asc``, ``.pts``, ``.xyzrgb``, ``.xyzn``
         A text table in any encoding, with one point in each line. Columns are separated by
         whitespace, comma, semicolon or tab. Unless commas separate columns, a comma within a
-        number is a decimal comma. ``#`` and ``//`` start a comment; blank lines are skipped. One
-        header line, or the last comment above the points, may name the columns. The columns x, y
-        and z are read (or easting, northing, elevation and similar names); without such names, the
-        first three after a point's name. A table of two columns lies in z = 0. In ``.pts``, lines
-        with one integer are point counts.
-    ``.asc`` with a header of ``ncols`` and ``nrows``, ``.tif``, ``.tiff``
-        An ESRI grid or a GeoTIFF with one band: the centers of the cells, with the value as z.
-        Cells without data are left out.
+        number is a decimal comma. ``#`` and ``//`` start a comment; blank lines are skipped. See
+        the notes for the choice of the columns. In ``.pts``, lines with one integer are point
+        counts.
+    Text with a header of ``ncols`` and ``nrows``, or of ``north:``; ``.tif``, ``.tiff``
+        A grid of ESRI, GDAL or GRASS, or a GeoTIFF with one band: the centers of the cells, with
+        the value as z. Cells without data are left out.
+    ``.ptx``
+        Leica's scans, joined in their common frame. Points at 0 are not measured and left out.
     ``.npy``, ``.npz``
-        A NumPy array of real numbers of shape (n, 3), or (n, 2) in z = 0. Of several arrays in
-        ``.npz``: the one named points, xyz or vertices, or three arrays x, y and z.
+        A NumPy array of real numbers of shape (n, 3), or (n, 2) in z = 0, or a structured array
+        with fields for x, y and z. Of several arrays in ``.npz``: the one named points, xyz or
+        vertices, or three arrays x, y and z.
     ``.ply``, ``.obj``
         All vertices of a point cloud or a mesh, in their order.
-    ``.stl``, ``.off``, ``.glb``
+    ``.stl``, ``.off``, ``.glb``, ``.gltf``, ``.dae``, ``.3mf``
         The vertices of a mesh in the frame of its scene. Vertices of ``.stl``, which repeats them
-        for each triangle, are read once.
+        for each triangle, are read once. ``.dae`` and ``.3mf`` need ``pip install 'neurbs[io]'``.
     ``.las``, ``.laz``, ``.e57``
         Laser scans. The scans of an ``.e57`` are joined in their common frame, and pulses without
         return are left out. These formats and GeoTIFF need ``pip install 'neurbs[io]'``.
     ``.pcd``
         A cloud of the Point Cloud Library, as text, binary or compressed. NaN marks pixels without
         a measurement, which are left out.
-    ``.vtk``, ``.vtp``, ``.vtu``
-        The points of a VTK data set, with ``pip install 'neurbs[vtk]'``.
+    ``.vtk``, ``.vtp``, ``.vtu``, ``.vts``, ``.vti``
+        The points of a VTK data set, or the nodes of a regular grid, with ``pip install
+        'neurbs[vtk]'``.
+    ``.gz``, ``.zst``
+        A compressed file of another format, such as ``scan.xyz.gz``.
 
     Points keep their order and all digits; none are merged or moved. Files are read in blocks, with
     little memory beside the returned array.
@@ -93,12 +93,15 @@ def read_points(
     Parameters
     ----------
     path : str or path-like
-        The file.
+        The file; ``"-"`` is standard input, whose first bytes show the format.
     columns : sequence of str or int, optional
         The two or three columns of the coordinates, by names in the header or numbers from 0. For
         tables and NumPy arrays only.
     nan : {"error", "drop"}, default "error"
         Whether points that are not finite, or lack a coordinate, are an error or are dropped.
+    unit : {"mm", "cm", "m", "in", "ft"}, optional
+        The unit of the result. Numbers of a file with another unit are converted; those of a file
+        without one are taken to be in it. By default the unit of the file.
     chunks : int, optional
         Number of points of a chunk. With it, the function returns an iterator of chunks that reads
         the file step by step.
@@ -106,25 +109,41 @@ def read_points(
     Returns
     -------
     ndarray of shape (n, 3), or iterator of such arrays
-        float64, C-contiguous, n ≥ 1, all finite, in the unit of the file.
+        float64, C-contiguous, n ≥ 1, all finite, in the unit of the file or in `unit`.
 
     Raises
     ------
     NeurbsError
         If the suffix is unknown, the library for the format is not installed, the file is damaged,
-        or points are not finite. For a text file the message gives line and column.
+        points are not finite, or `unit` is given and the unit of the file is not a length. For a
+        text file the message gives line and column.
     OSError
         `FileNotFoundError`, `IsADirectoryError` or `PermissionError`, if the file cannot be read.
 
     Warns
     -----
-    UserWarning
-        If points were dropped because of ``nan="drop"``; the message gives their number. If the
-        vertices of an ``.obj`` file are control points of free-form surfaces.
+    PointsDroppedWarning
+        If points were dropped because of ``nan="drop"``; the message gives their number.
+    ColumnsGuessedWarning
+        If the columns of a table are a guess.
+    ControlPointsWarning
+        If the vertices of an ``.obj`` file are control points of free-form surfaces.
 
     See Also
     --------
     read_point_cloud : The points with their attributes.
+
+    Notes
+    -----
+    The columns of a table are found by names first, in a line above the points: x, y and z, or
+    easting, northing and elevation, longitude, latitude and depth and similar names, with units in
+    brackets. Several lines may be above the points, as well as a row of units and a line with the
+    number of points.
+
+    Without names the content decides. A first row 0, 1, 2, … is a header. A first column of
+    consecutive integers with three or more columns of numbers behind it counts the points. Columns
+    of text are skipped. The next three columns of numbers are x, y and z. A table of two columns
+    lies in z = 0. `read_point_cloud` returns what was read as what, in its attribute ``columns``.
 
     Examples
     --------
@@ -138,17 +157,17 @@ def read_points(
     array([[1., 2., 3.],
            [4., 5., 6.]])
     """
-    path = Path(path)
     if chunks is not None and not (isinstance(chunks, int) and chunks > 0):
         raise argument_error("chunks", f"must be an integer from 1, got {chunks!r}")
-    request = _request(path, columns, nan)
-    source = _opened(path, request)
+    request = _request(columns, nan, unit)
+    source = opened(path, request)
+    name = name_of(path)
     if chunks is not None:
-        return _chunks(path, source, request, chunks)
-    cloud = _collected(path, source, request)
-    _warn_doubts(path, source)
+        return _chunks(name, source, request, chunks)
+    cloud = _collected(name, source, request)
+    _warn_doubts(name, source)
     if nan == "drop":
-        warn_dropped(path, cloud.dropped, len(cloud))
+        warn_dropped(name, cloud.dropped - cloud.no_data, len(cloud))
     return cloud.points
 
 
@@ -157,12 +176,13 @@ def read_point_cloud(
     *,
     columns: Sequence[str | int] | None = None,
     nan: Literal["error", "drop"] = "error",
+    unit: str | None = None,
 ) -> PointCloud:
     r"""Read points with their attributes from a file.
 
     Parameters
     ----------
-    path, columns, nan
+    path, columns, nan, unit
         As for `read_points`.
 
     Returns
@@ -175,6 +195,13 @@ def read_point_cloud(
     ------
     NeurbsError, OSError
         As for `read_points`.
+
+    Warns
+    -----
+    ColumnsGuessedWarning, ControlPointsWarning
+        As for `read_points`.
+    CrsUnknownWarning
+        If the file has a reference system that cannot be read.
 
     Examples
     --------
@@ -189,60 +216,33 @@ def read_point_cloud(
     PointCloud(1 points, colors, unit='mm')
     >>> cloud.points
     array([[1.5, 2. , 3. ]])
+    >>> cloud.columns
+    "x, y, z are columns 'x [mm]', 'y [mm]', 'z [mm]'; the points start in line 2"
     """
-    path = Path(path)
-    request = replace(_request(path, columns, nan), attributes=True)
-    source = _opened(path, request)
-    cloud = _collected(path, source, request)
-    _warn_doubts(path, source)
+    request = replace(_request(columns, nan, unit), attributes=True)
+    source = opened(path, request)
+    name = name_of(path)
+    cloud = _collected(name, source, request)
+    _warn_doubts(name, source)
     return cloud
 
 
 def _request(
-    path: Path, columns: Sequence[str | int] | None, nan: Literal["error", "drop"]
+    columns: Sequence[str | int] | None, nan: Literal["error", "drop"], unit: str | None
 ) -> Request:
     """Return the options after a check."""
+    check_unit(unit)
     if nan not in ("error", "drop"):
         raise argument_error("nan", f"must be 'error' or 'drop', got {nan!r}")
     if columns is None:
-        return Request(nan=nan)
+        return Request(nan=nan, unit=unit)
     chosen = tuple(columns)
     if len(chosen) not in (2, 3) or not all(isinstance(c, str | int) for c in chosen):
         raise argument_error("columns", f"must be two or three names or numbers, got {columns!r}")
-    if path.suffix.lower() not in _TABLES:
-        raise NeurbsError(
-            f"{path}: columns must be left out, unless the file is {' '.join(_TABLES)}; "
-            f"got {columns!r}"
-        )
-    return Request(chosen, nan)
+    return Request(chosen, nan, unit=unit)
 
 
-def check_source(path: str | os.PathLike[str]) -> None:
-    """Check that the suffix of a path is a format of points.
-
-    Raises
-    ------
-    NeurbsError
-        If the suffix is unknown.
-    """
-    suffix = Path(path).suffix
-    if suffix.lower() not in _READERS:
-        got = f"the suffix {suffix!r}" if suffix else "no suffix"
-        raise NeurbsError(
-            f"{path}: points must be in a file with a suffix of {' '.join(READABLE)}, got {got}"
-        )
-
-
-def _opened(path: Path, request: Request) -> PointSource:
-    check_file(path, "points")  # Also for a missing file, before the check of the suffix.
-    check_source(path)
-    # Opened first, so that a file that cannot be read raises OSError, not an error of a library.
-    with path.open("rb"), reading(path):
-        source = _READERS[path.suffix.lower()](path, request)
-    return replace(source, blocks=blocks_of_file(path, source.blocks))
-
-
-def _finite(path: Path, source: PointSource, request: Request) -> Iterator[Block]:
+def _finite(name: str, source: PointSource, request: Request) -> Iterator[Block]:
     """Yield blocks of finite points in space, with the number of dropped ones."""
     first = 0
     for block in source.blocks:
@@ -254,31 +254,30 @@ def _finite(path: Path, source: PointSource, request: Request) -> Iterator[Block
         if finite.all():
             yield block
         elif request.nan == "drop":
-            yield block.only(finite)
+            others = len(finite) - int(np.count_nonzero(finite))
+            yield replace(block.only(finite), dropped=block.dropped, not_finite=others)
         else:
             index = int(finite.argmin())
             raise NeurbsError(
-                f"{path}: points must be finite, but point {first + index} (counted from 0) is "
+                f"{name}: points must be finite, but point {first + index} (counted from 0) is "
                 f'{tuple(points[index].tolist())}: remove or repair it, or use `nan="drop"`'
             )
         first += len(points)
 
 
-def _collected(path: Path, source: PointSource, request: Request) -> PointCloud:
+def _collected(name: str, source: PointSource, request: Request) -> PointCloud:
     """Return all blocks as one cloud."""
-    # A count in a damaged header may exceed the memory. No point takes less than a byte of a file,
-    # unless it is compressed; then the arrays grow.
-    capacity = min(source.count, path.stat().st_size)
-    points, normals, colors = (Collector(capacity) for _ in range(3))
-    dropped = 0
-    for block in _finite(path, source, request):
-        dropped += block.dropped
+    points, normals, colors = (Collector(source.count) for _ in range(3))
+    no_data = not_finite = 0
+    for block in _finite(name, source, request):
+        no_data += block.dropped
+        not_finite += block.not_finite
         points.add(block.points, np.float64)
         if block.normals is not None:
             normals.add(block.normals, np.float64)
         if block.colors is not None:
             colors.add(block.colors, block.colors.dtype)
-    _check_any(path, points.rows, dropped)
+    _check_any(name, points.rows, not_finite, no_data)
     return PointCloud(
         points.joined(),
         normals.joined() if normals.rows else None,
@@ -286,17 +285,21 @@ def _collected(path: Path, source: PointSource, request: Request) -> PointCloud:
         unit=source.unit,
         crs=source.crs,
         offset=source.offset,
-        dropped=dropped,
+        dropped=not_finite + no_data,
+        no_data=no_data,
+        columns=source.columns,
     )
 
 
 def _chunks(
-    path: Path, source: PointSource, request: Request, size: int
+    name: str, source: PointSource, request: Request, size: int
 ) -> Iterator[NDArray[np.float64]]:
     """Yield the points in arrays of a size; the last may be smaller."""
-    chunk, filled, total, dropped = np.empty((size, 3)), 0, 0, 0
-    for block in _finite(path, source, request):
-        dropped += block.dropped
+    chunk, filled, total = np.empty((size, 3)), 0, 0
+    no_data = not_finite = 0
+    for block in _finite(name, source, request):
+        no_data += block.dropped
+        not_finite += block.not_finite
         rest = block.points
         while len(rest):
             part = rest[: size - filled]
@@ -306,64 +309,34 @@ def _chunks(
             if filled == size:
                 yield chunk
                 chunk, filled = np.empty((size, 3)), 0
-    _check_any(path, total, dropped)
+    _check_any(name, total, not_finite, no_data)
     if filled:
         yield chunk[:filled]
-    _warn_doubts(path, source)
+    _warn_doubts(name, source)
     if request.nan == "drop":
-        warn_dropped(path, dropped, total)
+        warn_dropped(name, not_finite, total)
 
 
-def _check_any(path: Path, points: int, dropped: int) -> None:
+def _check_any(name: str, points: int, not_finite: int, no_data: int) -> None:
     if not points:
-        got = f"all {dropped} are not finite or not measured" if dropped else "it is empty"
-        raise NeurbsError(f"{path}: must have at least one point, but {got}")
+        reasons = {"are not finite": not_finite, "have no data": no_data}
+        causes = [f"{count} {reason}" for reason, count in reasons.items() if count]
+        but = f"all {' and '.join(causes)}" if causes else "it is empty"
+        raise NeurbsError(f"{name}: must have at least one point, but {but}")
 
 
-def warn_dropped(path: Path, dropped: int, kept: int) -> None:
-    """Warn if points were dropped."""
-    if dropped:
+def warn_dropped(name: str | Path, not_finite: int, kept: int) -> None:
+    """Warn if points were dropped because they are not finite."""
+    if not_finite:
         warnings.warn(
-            f"{path}: {dropped} of {dropped + kept} points are not finite and were dropped",
-            UserWarning,
+            f"{name}: {not_finite} of {not_finite + kept} points are not finite and were dropped",
+            PointsDroppedWarning,
             # The caller of `read_points`, or of the next chunk.
             stacklevel=3,
         )
 
 
-def _warn_doubts(path: Path, source: PointSource) -> None:
+def _warn_doubts(name: str, source: PointSource) -> None:
     for doubt in source.doubts:
         # The caller of `read_points`, or of the next chunk.
-        warnings.warn(f"{path}: {doubt}", UserWarning, stacklevel=3)
-
-
-_TABLES: dict[str, Callable[[Path, Request], PointSource]] = {
-    ".xyz": read_text,
-    ".txt": read_text,
-    ".csv": read_text,
-    ".asc": read_asc,
-    ".pts": read_pts,
-    ".npy": read_npy,
-    ".npz": read_npz,
-}
-"""Readers of formats with columns."""
-
-_READERS = _TABLES | {
-    ".ply": read_ply,
-    ".obj": read_obj,
-    ".stl": read_vertices,
-    ".off": read_off,
-    ".glb": read_vertices,
-    ".las": isolation.read_points,
-    ".laz": isolation.read_points,
-    ".e57": read_e57,
-    ".pcd": read_pcd,
-    ".vtk": isolation.read_points,
-    ".vtp": isolation.read_points,
-    ".vtu": isolation.read_points,
-    ".tif": read_geotiff,
-    ".tiff": read_geotiff,
-}
-
-READABLE = tuple(_READERS)
-"""Suffixes of points that can be read."""
+        warnings.warn(f"{name}: {doubt.message}", CATEGORIES[doubt.code], stacklevel=3)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from neurbs._core import NeurbsError
 from neurbs.errors import printable
-from neurbs.io.point_cloud import Block
+from neurbs.io.point_cloud import Block, Doubt
 
 _MAX_CAUSE = 200
 """Most characters of a library's message in an error."""
@@ -167,6 +167,14 @@ def cause(error: BaseException) -> str:
     lines = (line.strip() for line in str(error).splitlines())
     line = next(filter(None, lines), type(error).__name__)
     return printable(line if len(line) <= _MAX_CAUSE else f"{line[: _MAX_CAUSE - 1]}…")
+
+
+def crs_doubt(error: Exception) -> Doubt:
+    """Return the doubt about a reference system that a library refuses."""
+    return Doubt(
+        "crs-unknown",
+        f"its reference system cannot be read and is left out, as well as the unit: {cause(error)}",
+    )
 
 
 def _is_text(path: Path) -> bool:

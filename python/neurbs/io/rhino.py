@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from neurbs._core import NeurbsError, Shell
 from neurbs.extras import require_for_file
-from neurbs.io.face_file import FaceData, FaceFile, label
+from neurbs.io.face_file import FaceData, FaceFile, label, scaled
 from neurbs.io.reading import cause
 from neurbs.io.rhino_faces import LeftOut, brep_data, surface_data
 from neurbs.io.rhino_shells import brep_of, is_surface, surface_of
@@ -29,6 +29,19 @@ _UNITS = {
     "ft": "Feet",
 }
 """Names of the units in Rhino."""
+
+_OTHER_UNITS = {
+    "Microns": 1e-3,
+    "Decimeters": 100.0,
+    "Dekameters": 1e4,
+    "Hectometers": 1e5,
+    "Kilometers": 1e6,
+    "Microinches": 25.4e-6,
+    "Mils": 25.4e-3,
+    "Yards": 914.4,
+    "Miles": 1609344.0,
+}
+"""Names of other units in Rhino, with their millimeters: these files are read in millimeters."""
 
 _VERSION = 7
 """Version of the written files, for Rhino 7 and later."""
@@ -101,7 +114,10 @@ def read_3dm(path: Path) -> FaceFile:
     reader.read(top, _Place(np.eye(4), None, None, ()))
     name = model.Settings.ModelUnitSystem.name
     unit = next((symbol for symbol, theirs in _UNITS.items() if theirs == name), None)
-    return FaceFile(reader.faces, unit, reader.left_out, reader.others)
+    faces = reader.faces
+    if name in _OTHER_UNITS:
+        faces, unit = scaled(faces, _OTHER_UNITS[name]), "mm"
+    return FaceFile(faces, unit, reader.left_out, reader.others)
 
 
 @dataclass(frozen=True)

@@ -48,7 +48,8 @@ def load_shell(path: str | os.PathLike[str], *, unit: str | None = None) -> Shel
     path : str or path-like
         The file. ``.step .stp .igs .iges .3dm`` need ``pip install 'neurbs[cad]'``.
     unit : {"mm", "cm", "m", "in", "ft"}, optional
-        The unit of the result; by default the unit of the file, without a conversion.
+        The unit of the result. Numbers of a file with another unit are converted; those of a file
+        without one are taken to be in it. By default the unit of the file.
 
     Returns
     -------
@@ -59,7 +60,7 @@ def load_shell(path: str | os.PathLike[str], *, unit: str | None = None) -> Shel
     ------
     NeurbsError
         If the suffix is unknown, the library for the format is not installed, the file is damaged
-        or has no face that can be read, or `unit` is given for a file without a unit.
+        or has no face that can be read, or `unit` is unknown.
     OSError
         If the file cannot be read.
 

@@ -70,7 +70,8 @@ def load_surfaces(path: str | os.PathLike[str], *, unit: str | None = None) -> l
     path : str or path-like
         The file. All but ``.json`` need ``pip install 'neurbs[cad]'``.
     unit : {"mm", "cm", "m", "in", "ft"}, optional
-        The unit of the result; by default the unit of the file, without a conversion.
+        The unit of the result. Numbers of a file with another unit are converted; those of a file
+        without one are taken to be in it. By default the unit of the file.
 
     Returns
     -------
@@ -81,7 +82,7 @@ def load_surfaces(path: str | os.PathLike[str], *, unit: str | None = None) -> l
     ------
     NeurbsError
         If the suffix is unknown, the library for the format is not installed, the file is damaged
-        or has no surface, or `unit` is given for a file without a unit.
+        or has no surface, or `unit` is unknown.
     OSError
         If the file cannot be read.
 

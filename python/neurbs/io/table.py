@@ -36,7 +36,7 @@ _MAX_SHOWN = 40
 _FORTRAN = re.compile(r"""(?<![^\s,;"])([+-]?(?:\d+\.\d*|\.\d+))[dD]([+-]?\d+)(?![^\s,;"])""")
 """A number as Fortran writes it in double precision."""
 
-_MISSING = {"", "-", "na", "n/a", "null", "none"}
+MISSING = {"", "-", "na", "n/a", "null", "none"}
 """Texts for a missing number, beside ``nan``."""
 
 
@@ -143,9 +143,11 @@ def shown(text: str) -> str:
 
 def split(text: str, separator: str | None) -> list[str]:
     """Split a row into fields; separators between quotation marks are part of a field."""
-    if separator is not None and '"' in text:
-        return next(csv.reader([text.strip()], delimiter=separator, skipinitialspace=True))
-    return text.split(separator)
+    if '"' not in text:
+        return text.split(separator)
+    if separator is None:
+        text, separator = " ".join(text.split()), " "
+    return next(csv.reader([text.strip()], delimiter=separator, skipinitialspace=True))
 
 
 def read_blocks(path: Path, rows: Rows, layout: Layout) -> Iterator[Block]:
@@ -218,7 +220,7 @@ def _load(lines: list[str], layout: Layout) -> NDArray[np.float64]:
 
 def _number_or_nan(text: str) -> float:
     text = text.strip()
-    return math.nan if text.lower() in _MISSING else float(text)
+    return math.nan if text.lower() in MISSING else float(text)
 
 
 def _fault(path: Path, rows: Rows, layout: Layout, reason: str) -> NeurbsError:
@@ -236,7 +238,7 @@ def _fault(path: Path, rows: Rows, layout: Layout, reason: str) -> NeurbsError:
             if column in layout.required:
                 good = is_number(field) and math.isfinite(float(field))
             else:
-                good = is_number(field) or field.lower() in _MISSING
+                good = is_number(field) or field.lower() in MISSING
             if not good:
                 return _wrong_field(path, number, column, field)
     return NeurbsError(f"{path}: must be a table of numbers, but {reason}")
@@ -254,7 +256,7 @@ def _wrong_width(path: Path, number: int, fields: list[str], width: int, first: 
 
 def _wrong_field(path: Path, number: int, column: int, field: str) -> NeurbsError:
     hint = ""
-    if is_number(field) or field.lower() in _MISSING:
+    if is_number(field) or field.lower() in MISSING:
         hint = ': remove or repair the line, or leave it out with `nan="drop"`'
     elif field.replace("_", "").isalpha():
         hint = ": choose the coordinates with `columns`"

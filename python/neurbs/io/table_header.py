@@ -3,45 +3,143 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from neurbs._core import LENGTH_UNITS, NeurbsError
 from neurbs.io.point_cloud import Columns
 from neurbs.io.units import symbol
 
-_AXES = (
-    ("x", "easting", "east", "lon", "longitude"),
-    ("y", "northing", "north", "lat", "latitude"),
-    ("z", "height", "elevation", "elev", "altitude"),
+HORIZONTAL = (
+    ("x", "y"),
+    ("easting", "northing"),
+    ("eastings", "northings"),
+    ("east", "north"),
+    ("e", "n"),
+    ("longitude", "latitude"),
+    ("lon", "lat"),
+    ("long", "lat"),
+    ("lng", "lat"),
+    ("rechts", "hoch"),
+    ("ost", "nord"),
+    ("est", "nord"),
+    ("este", "norte"),
+    ("points0", "points1"),
+    ("px", "py"),
+    ("x0", "y0"),
+    ("x1", "x2"),
 )
-_NORMALS = (("nx", "normal_x"), ("ny", "normal_y"), ("nz", "normal_z"))
-_COLORS = (("red", "r"), ("green", "g"), ("blue", "b"))
-"""Names of the columns of coordinates, normals and colors."""
+"""Pairs of names for x and y."""
 
-_NAME = re.compile(r"(.*?)\s*(?:[(\[](.*)[)\]])?")
+VERTICAL = (
+    "z", "height", "elevation", "elev", "ele", "altitude", "alt", "ellipsoidalheight",
+    "orthometricheight", "msl", "hae", "h", "rl", "level", "höhe", "hoehe", "h\ufffdhe",
+    "cota", "cote", "depth", "tiefe", "tvdss", "tvd", "bathymetry", "points2", "pz",
+    "z0", "x3",
+)  # fmt: skip
+"""Names for z; one that comes first here is preferred."""
+
+_NUMBERS = {
+    "", "id", "fid", "objectid", "index", "no", "nr", "num", "number", "point", "pointno",
+    "pointid", "pointnumber", "pt", "ptno", "ptid", "punkt", "punktnr", "name", "station", "line",
+}  # fmt: skip
+"""Names for the number or name of a point."""
+
+_NORMALS = (
+    ("nx", "normalx", "normals0"),
+    ("ny", "normaly", "normals1"),
+    ("nz", "normalz", "normals2"),
+)
+_COLORS = (("red", "r"), ("green", "g"), ("blue", "b"))
+"""Names of the columns of normals and colors."""
+
+_NAME = re.compile(r"(.*?)\s*(?:[(\[{](.*)[)\]}])?")
 """A name, optionally with a unit in brackets."""
+
+_JOINED = re.compile(r"(.+)[\s_/,](\w+)")
+"""A name and a unit behind a separator."""
+
+_SEPARATORS = re.compile(r"[\s_.:,#/-]+")
+
+_FILLERS = re.compile(
+    "coordinates?|coords?|position|^points?(?=[xyz]$)|^pos|pos$|utm|wgs84|value$|wert$"
+)
+"""Parts of names without a meaning for the choice: ``UTM_X``, ``x-coordinate``, ``Rechtswert``."""
+
+_VARIABLES = re.compile(r"\s*variables\s*=", re.IGNORECASE)
+"""The start of the header line of Tecplot."""
+
+_OTHER_UNITS = {"deg", "degree", "degrees", "°", "decimal degrees", "rad", "s", "ms", "-", ""}
 
 
 @dataclass(frozen=True)
 class Header:
-    """Names of columns in lower case, with their units; without names there is no header."""
+    """Names of columns, with their units; without names there is no header.
 
+    Attributes
+    ----------
+    labels : tuple of str
+        The columns' texts in the file, with units.
+    names : tuple of str
+        The names in lower case, without units.
+    units : tuple of (str or None)
+        The units.
+    line : int
+        The line in the file.
+    """
+
+    labels: tuple[str, ...] = ()
     names: tuple[str, ...] = ()
     units: tuple[str | None, ...] = ()
     line: int = 0
 
     @classmethod
-    def of(cls, fields: list[str], line: int) -> Header:
+    def of(cls, fields: Iterable[str], line: int) -> Header:
         """Make a header from the fields of a line."""
-        matches = [_NAME.fullmatch(field.strip().strip("\"'").lower()) for field in fields]
-        pairs = [("", None) if match is None else match.groups() for match in matches]
-        return cls(tuple(name for name, _ in pairs), tuple(unit for _, unit in pairs), line)
+        labels = tuple(field.strip().strip("\"'").strip() for field in fields)
+        pairs = [_name_and_unit(label.lower()) for label in labels]
+        return cls(labels, tuple(name for name, _ in pairs), tuple(unit for _, unit in pairs), line)
 
     @property
-    def has_axes(self) -> bool:
-        """Whether all three coordinates have names."""
-        return len(self._found(_AXES)) == 3
+    def horizontal(self) -> tuple[int, int] | None:
+        """The columns of x and y, if both have names."""
+        keys = self.keys
+        for x, y in HORIZONTAL:
+            if x in keys and y in keys:
+                return keys.index(x), keys.index(y)
+        return None
+
+    @property
+    def vertical(self) -> int | None:
+        """The column of z, if it has a name."""
+        keys = self.keys
+        return next((keys.index(name) for name in VERTICAL if name in keys), None)
+
+    @property
+    def axes(self) -> tuple[int, ...]:
+        """The columns of x, y and z, or of x and y, if the table has no others; else none."""
+        flat, z = self.horizontal, self.vertical
+        if flat is None:
+            return ()
+        if z is not None:
+            return (*flat, z)
+        return flat if len(self.names) == 2 else ()
+
+    @property
+    def has_some_axes(self) -> bool:
+        """Whether one of the coordinates has a name."""
+        known = {name for pair in HORIZONTAL for name in pair} | {*VERTICAL}
+        # Other letters are often names of something else.
+        return any(key in known and (len(key) > 1 or key in "xyz") for key in self.keys if key)
+
+    @property
+    def is_units(self) -> bool:
+        """Whether each field is a unit."""
+        texts = [(label.strip("[](){} ").lower()) for label in self.labels]
+        return any(texts) and all(
+            symbol(text) in LENGTH_UNITS or text in _OTHER_UNITS for text in texts
+        )
 
     @property
     def normals(self) -> tuple[int, ...]:
@@ -53,34 +151,31 @@ class Header:
         """The columns of the colors, if they have names."""
         return self._all_found(_COLORS)
 
-    def coordinates(self, path: Path, line: int, width: int) -> tuple[int, ...]:
-        """Return the columns of the coordinates, or () if no axis, or only x and y, have names.
+    @property
+    def numbers_points(self) -> bool:
+        """Whether the first column's name is one for the number of a point."""
+        return bool(self.names) and self.keys[0] in _NUMBERS
 
-        A row of the table, in line `line`, has `width` columns.
-        """
-        axes = self._found(_AXES)
-        if len(axes) == 3 and len(self.names) != width:
-            raise NeurbsError(
-                f"{path}: line {line} must have {len(self.names)} columns, "
-                f"as the header in line {self.line}, got {width}"
-            )
-        if len(axes) < 3 and tuple(axes) != (0, 1)[: len(axes)]:
-            raise NeurbsError(
-                f"{path}: the header in line {self.line} must name x, y and z, got "
-                f"{', '.join(map(repr, self.names))}: choose the coordinates with `columns`"
-            )
-        return tuple(axes) if len(axes) == 3 else ()
+    def with_units(self, units: Header) -> Header:
+        """Return the header with the units of another line, if it has none."""
+        if len(units.labels) != len(self.names) or any(self.units):
+            return self
+        found = tuple(label.strip("[](){} ").lower() or None for label in units.labels)
+        return replace(self, units=found)
 
     def chosen(self, path: Path, columns: Columns, width: int) -> tuple[int, ...]:
         """Return the columns that are given by names or numbers."""
-        known = {name: i for i, name in reversed(list(enumerate(self.names)))}
+        known: dict[str, int] = {}
+        for texts in (self.names, tuple(label.lower() for label in self.labels)):
+            for i, text in enumerate(texts):
+                known.setdefault(text, i)
         found = [
             known.get(column.strip().lower()) if isinstance(column, str) else column
             for column in columns
         ]
         indices = tuple(index for index in found if index is not None and 0 <= index < width)
         if len(indices) < len(columns):
-            names = f" or of {', '.join(map(repr, self.names))}" if self.names else ""
+            names = f" or of {', '.join(map(repr, self.labels))}" if self.names else ""
             raise NeurbsError(
                 f"{path}: columns must be from 0 to {width - 1}{names}, got {columns}"
             )
@@ -104,14 +199,37 @@ class Header:
                 f"has {', '.join(known)}: convert them"
             )
 
-    def _found(self, columns: tuple[tuple[str, ...], ...]) -> list[int]:
-        """Return the indices of columns by one of their names, without the missing ones."""
-        indices = (
-            next((self.names.index(name) for name in names if name in self.names), None)
-            for names in columns
-        )
-        return [index for index in indices if index is not None]
+    @property
+    def keys(self) -> list[str]:
+        """The names without separators and fillers."""
+        return [_FILLERS.sub("", _SEPARATORS.sub("", name)) for name in self.names]
 
     def _all_found(self, columns: tuple[tuple[str, ...], ...]) -> tuple[int, ...]:
-        found = self._found(columns)
-        return tuple(found) if len(found) == len(columns) else ()
+        keys = self.keys
+        found = [
+            next((keys.index(name) for name in names if name in keys), None) for names in columns
+        ]
+        return tuple(i for i in found if i is not None) if None not in found else ()
+
+
+def _name_and_unit(label: str) -> tuple[str, str | None]:
+    """Split a text into a name and its unit.
+
+    Examples
+    --------
+    >>> _name_and_unit("depth [m]"), _name_and_unit("x_mm"), _name_and_unit("point no")
+    (('depth', 'm'), ('x', 'mm'), ('point no', None))
+    """
+    match = _NAME.fullmatch(label)
+    if match is None:
+        return "", None
+    name, unit = match.groups()
+    joined = _JOINED.fullmatch(name)
+    if unit is None and joined is not None and symbol(joined[2]) in LENGTH_UNITS:
+        return joined[1].strip(), joined[2]
+    return name, unit
+
+
+def names_in(text: str) -> str:
+    """Return the part of a header line that has the names, without the words of Tecplot."""
+    return _VARIABLES.sub("", text)

@@ -1,4 +1,4 @@
-"""Text tables of points: `.xyz`, `.txt`, `.csv`, `.pts`, `.asc`."""
+"""Text tables of points: `.xyz`, `.txt`, `.csv`, `.pts` and others."""
 
 from __future__ import annotations
 
@@ -9,21 +9,21 @@ from itertools import islice
 from pathlib import Path
 
 from neurbs._core import NeurbsError
-from neurbs.io.point_cloud import PointSource, Request, checked_count
-from neurbs.io.table import Layout, Rows, is_number, numbered_lines, read_blocks, shown, split
+from neurbs.io.point_cloud import Block, Doubt, PointSource, Request, checked_count
+from neurbs.io.preamble import data_rows, detect_layout, preamble
+from neurbs.io.table import Layout, Rows, read_blocks, split
+from neurbs.io.table_columns import Choice, choose
 from neurbs.io.table_header import Header
+from neurbs.io.table_sample import SAMPLE, Sample
 
-_COMMENT = re.compile("#|//")
-
-_HEXADECIMAL = re.compile(r"[+-]?0[xX][0-9a-fA-F.]+(?:[pP][+-]?\d+)?")
-
-_THOUSANDS, _COMMA_ROWS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}"), 1000
-"""A number whose comma may separate thousands, and how many rows are searched for another."""
-
-_DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
+_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
+"""A number whose comma may separate thousands."""
 
 _PTS_WITH_COLORS, _PTS_COLORS = 7, (4, 5, 6)
 """Width of a `.pts` row x, y, z, intensity, red, green, blue, and the columns of its colors."""
+
+_SIX = {".xyzrgb": "colors", ".xyzn": "normals"}
+"""By suffix: the three columns after the coordinates in a table of six."""
 
 
 def read_text(path: Path, request: Request) -> PointSource:
@@ -31,12 +31,46 @@ def read_text(path: Path, request: Request) -> PointSource:
 
     The accepted forms are listed in `neurbs.read_points`.
     """
-    table = _table(path, request)
+    above = preamble(path)
+    table = _table(path, request, above.header, above.first)
+    attributes = _SIX.get(path.suffix.lower())
+    if attributes and table.layout.width == 6 and not (above.header.names or request.columns):
+        # The format has no column that numbers the points.
+        choice = Choice((0, 1, 2))
+        layout = replace(
+            table.layout,
+            points=choice.points,
+            normals=(3, 4, 5) if request.attributes and attributes == "normals" else (),
+            colors=(3, 4, 5) if request.attributes and attributes == "colors" else (),
+        )
+        table = _Table(layout, table.unit, choice.described(above.header), None)
 
     def rows() -> Iterator[tuple[int, str]]:
-        return islice(data_rows(path), 1 if table.has_header else 0, None)
+        return islice(data_rows(path), above.rows, None)
 
-    return table.source(path, rows)
+    source = table.source(path, rows)
+    guesses = [guess for guess in (above.guess, table.guess) if guess]
+    described = f"{table.described}; the points start in line {above.first[0][0]}"
+    if guesses:
+        doubt = f"{table.described}, as a guess: {'; '.join(guesses)}: use `columns` to choose"
+        source.doubts.append(Doubt("columns-guessed", doubt))
+    if above.count is not None:
+        source = replace(source, blocks=_counted(path, source.blocks, *above.count))
+    return replace(source, columns=described)
+
+
+def _counted(path: Path, blocks: Iterator[Block], count: int, line: int) -> Iterator[Block]:
+    """Yield blocks, and compare the number of their points with that in a line above them."""
+    got = 0
+    for block in blocks:
+        got += len(block.points)
+        yield block
+    if got != count:
+        but = "the file is cut short after" if got < count else "there are"
+        raise NeurbsError(
+            f"{path}: must have {count} points, as in line {line}, but {but} {got}: "
+            "remove the line if it is no number of points"
+        )
 
 
 def read_pts(path: Path, request: Request) -> PointSource:
@@ -46,10 +80,14 @@ def read_pts(path: Path, request: Request) -> PointSource:
         return (row for row in data_rows(path) if not _is_count(row[1]))
 
     declared = sum(int(text) for _, text in data_rows(path) if _is_count(text))
-    first = next(rows(), None)
-    if not declared or first is None:
+    first = list(islice(rows(), SAMPLE))
+    if not declared or not first:
         return read_text(path, request)
-    table = _table_of(path, request, Header(), *first)
+    table = _table(path, request, Header(), first)
+    if request.columns is None:
+        # The format has no column that numbers the points.
+        points = tuple(range(min(3, len(table.layout.split(first[0][1])))))
+        table = replace(table, layout=replace(table.layout, points=points))
     if request.attributes and table.layout.width == _PTS_WITH_COLORS:
         table = replace(table, layout=replace(table.layout, colors=_PTS_COLORS))
     return PointSource(checked_count(path, table.source(path, rows).blocks, declared))
@@ -59,31 +97,14 @@ def _is_count(text: str) -> bool:
     return text.strip().isdecimal()
 
 
-def data_rows(path: Path) -> Iterator[tuple[int, str]]:
-    """Yield number, from 1, and text of each line that is not blank and not only a comment."""
-    for number, line in numbered_lines(path):
-        text = line
-        if "#" in line or "//" in line:
-            text = _COMMENT.split(line, maxsplit=1)[0]
-        if text.strip():
-            yield number, text
-
-
-def _comment_above(path: Path, line: int) -> str:
-    """Return the last comment above a line, where some programs name the columns."""
-    comment = ""
-    for _, text in islice(numbered_lines(path), line - 1):
-        comment = text.strip() or comment
-    return comment.lstrip("#/ ")
-
-
 @dataclass(frozen=True)
 class _Table:
-    """The layout, header and unit of a file."""
+    """The layout and unit of a table, and how its columns were chosen."""
 
     layout: Layout
-    has_header: bool = False
-    unit: str | None = None
+    unit: str | None
+    described: str
+    guess: str | None
 
     def source(self, path: Path, rows: Rows) -> PointSource:
         """Return the points of rows."""
@@ -92,53 +113,21 @@ class _Table:
         return PointSource(read_blocks(path, rows, self.layout), unit=self.unit)
 
 
-def _table(path: Path, request: Request) -> _Table:
-    """Detect the table from the first lines of a file."""
-    rows = data_rows(path)
-    number, text = next(rows, (0, ""))
-    if not text:
-        raise NeurbsError(f"{path}: must have at least one point, but the file is empty")
-    if not _is_header(text):
-        layout = _detect_layout(text)
-        named = Header.of(split(_comment_above(path, number), layout.separator), number)
-        # The comment counts as a header only if it names the columns.
-        fits = named.has_axes and len(named.names) == len(layout.split(text))
-        return _table_of(path, request, named if fits else Header(), number, text)
-    header_number, names = number, text
-    number, text = next(rows, (0, ""))
-    if not text:
-        raise NeurbsError(
-            f"{path}: must have at least one point, "
-            f"but ends after the header in line {header_number}"
-        )
-    header = Header.of(split(names, _detect_layout(text).separator), header_number)
-    return replace(_table_of(path, request, header, number, text), has_header=True)
-
-
-def _table_of(path: Path, request: Request, header: Header, number: int, text: str) -> _Table:
-    """Detect the layout from the first row of points."""
-    layout = _detect_layout(text)
-    fields = layout.split(text)
-    if len(fields) < 2:
-        raise NeurbsError(
-            f"{path}: line {number} must have columns x, y and z (or x and y), "
-            f"got column 1 only, {shown(text.strip())}: "
-            "separate columns by whitespace, comma, semicolon or tab"
-        )
-    if request.columns is not None:
-        points = header.chosen(path, request.columns, len(fields))
-    else:
-        points = header.coordinates(path, number, len(fields)) or _leading_numbers(fields)
-    header.check_units(path, points)
+def _table(path: Path, request: Request, header: Header, first: list[tuple[int, str]]) -> _Table:
+    """Detect the layout from the first rows of points."""
+    layout = detect_layout(first[0][1])
+    sample = Sample.of(first, layout)
+    choice = choose(path, header, sample, request.columns)
+    header.check_units(path, choice.points)
     layout = replace(
         layout,
-        points=points,
+        points=choice.points,
         normals=header.normals if request.attributes else (),
         colors=header.colors if request.attributes else (),
-        width=len(fields),
+        width=sample.width,
         allow_missing=request.nan == "drop",
     )
-    return _Table(layout, unit=header.unit_of(points))
+    return _Table(layout, header.unit_of(choice.points), choice.described(header), choice.guess)
 
 
 def check_commas(path: Path, rows: Rows, separator: str | None) -> None:
@@ -159,7 +148,7 @@ def check_commas(path: Path, rows: Rows, separator: str | None) -> None:
         If no field has a comma that can only be a decimal one.
     """
     first = None
-    for number, text in islice(rows(), _COMMA_ROWS):
+    for number, text in islice(rows(), SAMPLE):
         for field in split(text, separator):
             if "," in field and not _THOUSANDS.fullmatch(field.strip()):
                 return
@@ -171,35 +160,3 @@ def check_commas(path: Path, rows: Rows, separator: str | None) -> None:
             f"{path}: line {number} has {field}, which may be {field.replace(',', '.')} or "
             f"{field.replace(',', '')}: write numbers with a decimal point and without separators"
         )
-
-
-def _leading_numbers(fields: list[str]) -> tuple[int, ...]:
-    """Return the first three columns after a column with a point's name, if there is one."""
-    start = next((i for i, field in enumerate(fields) if is_number(field)), 0)
-    if len(fields) - start < 3:
-        start = 0
-    return tuple(range(start, min(start + 3, len(fields))))
-
-
-def _is_header(text: str) -> bool:
-    """Whether a row has names and no number."""
-    fields = _detect_layout(text).split(text)
-    return any(map(str.isalpha, text)) and not any(
-        is_number(field) or _HEXADECIMAL.fullmatch(field) for field in fields
-    )
-
-
-def _detect_layout(text: str) -> Layout:
-    """Detect the separator of the columns, and whether a comma is a decimal point."""
-    if ";" in text:
-        return Layout((), separator=";", decimal_comma=True)
-    with_comma = [word for word in text.split() if "," in word]
-    if with_comma and all(map(_DECIMAL_COMMA.fullmatch, with_comma)) and len(text.split()) > 1:
-        return Layout((), separator="\t" if "\t" in text else None, decimal_comma=True)
-    if with_comma:
-        return Layout((), separator=",")
-    # A tab is whitespace like others, unless it separates fields that contain blanks.
-    fields = [field.split() for field in text.split("\t")]
-    whole = (len(words) == 1 or (words and not is_number(words[0])) for words in fields)
-    separator = "\t" if len(fields) > 1 and all(whole) else None
-    return Layout((), separator=separator, decimal_comma=True)

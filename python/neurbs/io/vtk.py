@@ -1,12 +1,16 @@
-"""Points of VTK data sets: `.vtk`, `.vtp` and `.vtu`, read by VTK."""
+"""Points of VTK data sets: `.vtk`, `.vtp`, `.vtu`, `.vti` and `.vts`, read by VTK."""
 
 from __future__ import annotations
 
+import math
 import mmap
 import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from neurbs._core import NeurbsError
 from neurbs.extras import require_for_file
@@ -18,6 +22,8 @@ _READERS = {
     ".vtk": ("vtkmodules.vtkIOLegacy", "vtkGenericDataObjectReader"),
     ".vtp": ("vtkmodules.vtkIOXML", "vtkXMLPolyDataReader"),
     ".vtu": ("vtkmodules.vtkIOXML", "vtkXMLUnstructuredGridReader"),
+    ".vti": ("vtkmodules.vtkIOXML", "vtkXMLImageDataReader"),
+    ".vts": ("vtkmodules.vtkIOXML", "vtkXMLStructuredGridReader"),
 }
 
 _CLOSING, _TAIL = re.compile(rb"</VTKFile\s*>"), 4096
@@ -28,6 +34,14 @@ _COUNT = re.compile(rb"\sNumberOf[A-Z]\w{1,30}\s{0,9}=\s{0,9}[\"']\s{0,9}(\d{1,3
 
 _MOST_SHRUNK = 10_000
 """Most values for each byte of a compressed file."""
+
+_EXTENT = re.compile(rb"\sWholeExtent\s{0,9}=\s{0,9}[\"']([-+\d\s]{1,200})[\"']")
+
+_FREE_NODES, _MOST_NODES = 10**7, 20
+"""Nodes that a grid may have, and more of them for each byte of its file."""
+
+_NODES = ("vtkImageData", "vtkStructuredPoints", "vtkRectilinearGrid", "vtkUniformGrid")
+"""Regular grids, whose nodes are no array of points."""
 
 _COLORS = ("RGB", "RGBA", "Colors", "colors")
 """Names for the colors of points in files of different programs; VTK defines none."""
@@ -43,12 +57,17 @@ def read_vtk(path: Path, request: Request) -> PointSource:
     if (error := _run(path, reader)) or reader.GetOutputDataObject(0) is None:
         raise damaged(path, error or "VTK finds no data set")
     data = reader.GetOutputDataObject(0)
-    if not hasattr(data, "GetPoints") or data.GetPoints() is None:
+    if not hasattr(data, "GetNumberOfPoints"):
         raise NeurbsError(
             f"{path}: must be a data set with points (PolyData, UnstructuredGrid, "
-            f"StructuredGrid), got {data.GetClassName()}"
+            f"StructuredGrid, ImageData), got {data.GetClassName()}"
         )
-    points = to_numpy(data.GetPoints().GetData())
+    count = data.GetNumberOfPoints()
+    if not count:
+        raise NeurbsError(f"{path}: must have at least one point, but it is empty")
+    points = None if data.GetClassName() in _NODES else to_numpy(data.GetPoints().GetData())
+    if points is None:
+        _check_nodes(path, count)
     normals = colors = None
     if request.attributes:
         attributes = data.GetPointData()
@@ -58,15 +77,38 @@ def read_vtk(path: Path, request: Request) -> PointSource:
         colors = None if found is None else to_numpy(found)[:, :3]
 
     def blocks() -> Iterator[Block]:
-        for start in range(0, len(points), BLOCK):
-            part = slice(start, start + BLOCK)
+        for start in range(0, count, BLOCK):
+            part = slice(start, min(start + BLOCK, count))
             yield Block(
-                points[part],
+                _nodes(data, part) if points is None else points[part],
                 None if normals is None else normals[part],
                 None if colors is None else colors[part],
             )
 
-    return PointSource(blocks(), count=len(points))
+    return PointSource(blocks(), count=count)
+
+
+def _nodes(data: Any, part: slice) -> NDArray[np.float64]:
+    """Return some nodes of a regular grid, x fastest."""
+    columns, rows, _ = data.GetDimensions()
+    index = np.arange(part.start, part.stop)
+    ijk = np.column_stack([index % columns, index // columns % rows, index // (columns * rows)])
+    if data.GetClassName() == "vtkRectilinearGrid":
+        axes = (data.GetXCoordinates(), data.GetYCoordinates(), data.GetZCoordinates())
+        places = [[axis.GetTuple1(i) for i in range(axis.GetNumberOfTuples())] for axis in axes]
+        return np.column_stack([np.array(p)[i] for p, i in zip(places, ijk.T, strict=True)])
+    matrix = data.GetIndexToPhysicalMatrix()
+    full = np.array([[matrix.GetElement(i, j) for j in range(4)] for i in range(3)])
+    low = np.array(data.GetExtent()[::2])
+    nodes: NDArray[np.float64] = (ijk + low) @ full[:, :3].T + full[:, 3]
+    return nodes
+
+
+def _check_nodes(path: Path, count: int) -> None:
+    """Check that a grid has no more nodes than its file can have values for."""
+    most = _FREE_NODES + _MOST_NODES * path.stat().st_size
+    if count > most:
+        raise NeurbsError(f"{path}: a grid in a file of this size must have at most {most} nodes")
 
 
 def _check_xml(path: Path) -> None:
@@ -80,6 +122,11 @@ def _check_xml(path: Path) -> None:
             raise damaged(path, "it is cut short, as it does not end with </VTKFile>")
         with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
             counts = [int(match[1]) for match in _COUNT.finditer(content)]
+            extents = [match[1].split() for match in _EXTENT.finditer(content)]
+    for extent in extents:
+        ends = list(map(int, extent))
+        sizes = [high - low + 1 for low, high in zip(ends[::2], ends[1::2], strict=True)]
+        _check_nodes(path, math.prod(sizes))
     check_size(path, max(counts, default=0), 1 / _MOST_SHRUNK, "points or cells")
 
 

@@ -36,6 +36,11 @@ READERS = {
     ".vtk": ("vtkmodules", "neurbs.io.vtk", "read_vtk"),
     ".vtp": ("vtkmodules", "neurbs.io.vtk", "read_vtk"),
     ".vtu": ("vtkmodules", "neurbs.io.vtk", "read_vtk"),
+    ".vti": ("vtkmodules", "neurbs.io.vtk", "read_vtk"),
+    ".vts": ("vtkmodules", "neurbs.io.vtk", "read_vtk"),
+    ".gltf": ("trimesh", "neurbs.io.mesh_vertices", "read_vertices"),
+    ".dae": ("collada", "neurbs.io.mesh_vertices", "read_vertices"),
+    ".3mf": ("lxml", "neurbs.io.mesh_vertices", "read_vertices"),
     ".las": ("laspy", "neurbs.io.las", "read_las"),
     ".laz": ("laspy", "neurbs.io.las", "read_las"),
 }
@@ -151,7 +156,8 @@ def _timer_stopped() -> Iterator[None]:
 
 def _send_points(source: Any, answers: BinaryIO) -> None:
     names = ("count", "unit", "crs", "offset")
-    _send(answers, {name: getattr(source, name) for name in names})
+    doubts = [(doubt.code, doubt.message) for doubt in source.doubts]
+    _send(answers, {**{name: getattr(source, name) for name in names}, "doubts": doubts})
     for block in source.blocks:
         arrays = (block.points, block.normals, block.colors)
         _send(answers, {"dropped": block.dropped}, arrays)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import warnings
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -13,6 +14,7 @@ import numpy as np
 
 from neurbs import _core
 from neurbs._core import LENGTH_UNITS, Face, NeurbsError, NurbsSurface, Shell, TriangleMesh
+from neurbs.errors import argument_error
 from neurbs.extras import check_installed
 from neurbs.io.atomic_write import atomic_write
 from neurbs.io.csv_table import write_csv
@@ -24,7 +26,7 @@ from neurbs.io.ply import write_ply, write_ply_points
 from neurbs.io.point_cloud import PointCloud
 from neurbs.io.rhino import write_3dm
 from neurbs.io.stl import write_stl
-from neurbs.io.units import check_unit
+from neurbs.io.units import check_unit, conversion, file_unit
 from neurbs.io.vtp import write_vtp
 
 if TYPE_CHECKING:
@@ -77,9 +79,10 @@ def save(
     path : str or path-like
         The file; its folder must exist.
     unit : {"mm", "cm", "m", "in", "ft"}, optional
-        The unit of the coordinates, which are not converted. STEP, IGES and Rhino files store it,
-        by default millimeters, or the unit of the shells. In ``.glb``, whose unit is the meter, it
-        becomes a scale, by default 1. The other formats have no unit.
+        The unit of the file. Numbers of an object with another unit are converted: the size stays.
+        Those of an object without a unit are taken to be in it. By default it is the unit of the
+        shell, points or result. STEP, IGES and Rhino files are in millimeters if it is unknown.
+        See "Units" in the documentation for the formats that store it.
     pcurves : bool, default True
         Whether edges of trimmed faces in STEP files have curves in (u, v), too. Some programs
         stumble over them; without them programs compute their own.
@@ -87,8 +90,8 @@ def save(
     Raises
     ------
     NeurbsError
-        If suffix or unit is unknown, the format cannot store the object, or shells have different
-        units and `unit` is not given.
+        If suffix or unit is unknown, the format cannot store the object, shells have different
+        units and `unit` is not given, or it is given and the unit of the object is not a length.
     OSError
         If the file cannot be written.
 
@@ -125,14 +128,25 @@ def save(
             f"{path}: the content must be a {contents}, got a "
             f"{type(thing).__name__}: it can be written as {suffixes or 'nothing'}"
         )
-    write, content = formats[part], parts[part]()
-    if write in _WITH_UNIT and unit is None:
-        unit = _unit_of(thing)
+    write, known = formats[part], _unit_of(thing, unit)
+    if unit is None and write in _IN_UNIT:
+        unit = file_unit(known)
+        if known is not None and unit is None:
+            warnings.warn(
+                f"{path}: the unit {known!r} is not a length: the numbers are written as they are",
+                UserWarning,
+                stacklevel=2,
+            )
+    elif part in _DRAWN and None not in (unit, known) and unit != known:
+        raise argument_error("unit", f"must be {known!r}, that of the result, got {unit!r}")
+    content = parts[part]() if unit is None else _converted(thing, parts, part, unit)
     if write is _write_step:
         write = partial(_write_step, pcurves=pcurves)
     with atomic_write(path) as new:
-        if formats[part] in _WITH_UNIT:
+        if formats[part] in _IN_UNIT:
             write(content, new, unit)
+        elif write in _WITH_NAME:
+            write(content, new, unit or known)
         else:
             write(content, new)
 
@@ -199,14 +213,35 @@ def _shell(*things: Any) -> dict[str, Callable[[], Any]]:
     return {"shell": lambda: [each if isinstance(each, Shell) else Shell(each) for each in things]}
 
 
-def _unit_of(thing: object) -> str | None:
-    """Return the unit of a shell, or of several, which must have the same."""
-    things = thing if isinstance(thing, list | tuple) else [thing]
-    units = {each.unit for each in things if isinstance(each, Shell)}
-    if len(units) > 1:
+def _unit_of(thing: object, wanted: str | None) -> str | None:
+    """Return the unit of an object; several shells must have the same, unless one is wanted."""
+    if not isinstance(thing, list | tuple):
+        unit: str | None = getattr(thing, "unit", None)
+        return unit
+    units = {each.unit for each in thing if isinstance(each, Shell)}
+    if len(units) > 1 and wanted is None:
         got = " and ".join(sorted(str(unit) for unit in units))
         raise NeurbsError(f"shells in a file must have the same unit, got {got}: give `unit`")
-    return units.pop() if units else None
+    return units.pop() if len(units) == 1 else None
+
+
+def _converted(thing: object, parts: dict[str, Callable[[], Any]], part: str, unit: str) -> Any:
+    """Return a part of an object in another unit."""
+    if part == "points":
+        return parts[part]().to_unit(unit)
+    if isinstance(thing, list | tuple):
+        # Each may have a unit of its own.
+        return [shell.to_unit(unit) for shell in parts[part]()]
+    factors = conversion(getattr(thing, "unit", None), unit)
+    if np.all(factors == 1) or part in _DRAWN:
+        return parts[part]()
+    matrix = np.diag([*factors, 1.0])
+    if part == "shell":
+        return [shell.transformed(matrix) for shell in parts[part]()]
+    # A mesh alone has no unit, so there is a surface or one shell.
+    whole = parts["surface"]() if "surface" in parts else parts["shell"]()[0]
+    transformed = whole.transformed(matrix)
+    return transformed.tessellate() if part == "mesh" else transformed
 
 
 def _write_step(shells: list[Shell], path: str, unit: str | None, *, pcurves: bool = True) -> None:
@@ -231,16 +266,16 @@ def _check_size(shells: list[Shell], name: str, unit: str | None) -> None:
             )
 
 
-def _write_report(result: Reconstruction, path: str) -> None:
+def _write_report(result: Reconstruction, path: str, unit: str | None) -> None:
     from neurbs.report import write_page
 
-    write_page(result, path)
+    write_page(result, path, unit=unit or "")
 
 
-def _write_png(result: Reconstruction, path: str) -> None:
+def _write_png(result: Reconstruction, path: str, unit: str | None) -> None:
     from neurbs.plot import plot_reconstruction
 
-    plot_reconstruction(result).savefig(path, format="png", dpi="figure")
+    plot_reconstruction(result, unit=unit or "").savefig(path, format="png", dpi="figure")
 
 
 _FORMATS: dict[str, dict[str, Callable[..., None]]] = {
@@ -265,8 +300,14 @@ _FORMATS: dict[str, dict[str, Callable[..., None]]] = {
 _NAMES = {"shell": "surface or a shell"}
 """What messages call a part, if not by its key. A surface is written as a shell."""
 
-_WITH_UNIT = (_write_step, _write_iges, write_3dm, write_glb, write_shells)
-"""Writers that take a unit."""
+_IN_UNIT = (_write_step, _write_iges, write_3dm, write_glb, write_shells, write_json)
+"""Writers of files whose unit is one of `LENGTH_UNITS`."""
+
+_WITH_NAME = (write_ply, _write_report, _write_png)
+"""Writers that take the name of any unit. The unit of points is theirs."""
+
+_DRAWN = ("picture", "report")
+"""Parts whose numbers are not converted."""
 
 _LIBRARIES = {".3dm": "rhino3dm", ".html": "plotly", ".png": "matplotlib"}
 """The library that a format needs."""

@@ -75,7 +75,8 @@ class Coloring:
             extend=extend,
             format=FuncFormatter(lambda value, _: number(value)),
         )
-        bar.set_label(self.label, size=12, color=INK, labelpad=8)
+        # The unit may be any text of a file, with a $ too.
+        bar.set_label(self.label, size=12, color=INK, labelpad=8, parse_math=False)
         bar.ax.tick_params(labelsize=11, labelcolor=INK, color=INK)
         bar.outline.set_visible(False)
 

@@ -58,7 +58,7 @@ def plot_reconstruction(
         The deviation at the ends of the color scale, in the points' unit; by default the 99th
         percentile of the shown values.
     unit : str, default ""
-        Name of the points' unit, for the legend.
+        Name of the points' unit, for the legend; by default that of the result.
     isolines : int, default 20
         Isoparametric lines across the longer direction; 0 for none.
     backend : {"matplotlib", "pyvista"}, default "matplotlib"
@@ -84,6 +84,7 @@ def plot_reconstruction(
     >>> [panel.get_zlabel() for panel in result.plot().axes]
     ['z', 'z']
     """
+    unit = unit or result.unit or ""
     deviation = Deviation.of_result(result) if color == "deviation" else None
     if is_pyvista(backend):
         from neurbs.plot.pyvista_scene import surface_plotter

@@ -57,7 +57,7 @@ def write(
         The tolerance for the points, in their unit; by default the tolerance of the result, if it
         has one.
     unit : str, default ""
-        Name of the points' unit.
+        Name of the points' unit, by default that of the result.
     source : path, optional
         The file of the points, for the title and the command.
 
@@ -94,6 +94,7 @@ def write_page(
     source: str | os.PathLike[str] | None = None,
 ) -> None:
     """Write the page directly to a file of any name; otherwise as `write`."""
+    unit = unit or result.unit or ""
     if tolerance is None:
         tolerance = result.settings.get("tolerance")
     if tolerance is not None and not 0 < tolerance < math.inf:
@@ -279,6 +280,8 @@ def _command(result: Reconstruction, source: str | os.PathLike[str] | None) -> s
                 words += [f"--{option}", *map(str, value)]
             case _:
                 words += [f"--{option}", str(value)]
+    if result.unit in _core.LENGTH_UNITS:
+        words += ["--unit", result.unit]
     return shlex.join(words)
 
 
