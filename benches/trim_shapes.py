@@ -1,12 +1,15 @@
 """How well ``neurbs.trim`` finds the outlines of shapes from points in them.
 
     python benches/trim_shapes.py [--points 3000] [--seeds 3] [--noise 0] [--squares 1000] [--large]
+                                  [--clouds FOLDER]
 
 Prints a table: seven shapes with each sampling. Lengths are in spacings, the side of a square with
 one point each.
 
 right
     Clouds with the right number of holes and one face, of all. Loops are proved to be simple.
+bias
+    Median of the face's area over the true one, less 1.
 error
     Median and largest area of the symmetric difference over perimeter and spacing.
 distance
@@ -20,14 +23,24 @@ seconds
 
 Then it counts random squares of 1,000 points that get a hole, and squares with a disc of radius 3
 cut out whose hole is missed, or that get another one. ``--large`` adds times of large clouds.
+``--clouds`` adds the real clouds in a folder: ``*.npy``, each reconstructed, then trimmed.
+
+outside
+    Points more than 0.75 local spacings outside of the faces, of all.
+far
+    Area of the faces farther than 1.5 local spacings from every point, of all.
+beyond
+    Area of the surface outside of the faces, over that of the faces.
 """
 
 import argparse
 import time
+import warnings
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
+from scipy.spatial import Delaunay, cKDTree
 
 import neurbs
 
@@ -37,6 +50,7 @@ Rings = list[Array]
 NEAR = 3.5
 BEND = np.radians(20)
 ROWS = 2000
+CELLS = 400
 SAMPLINGS = ("random", "grid", "falling", "lines")
 
 
@@ -187,8 +201,8 @@ def within(a: Array, b: list[Array] | Array, distance: float) -> int:
 
 def table(options: argparse.Namespace) -> None:
     """Print a row for each sampling."""
-    print("| sampling | right | error | distance | corners | false | seconds |")
-    print("| --- | --- | --- | --- | --- | --- | --- |")
+    print("| sampling | right | bias | error | distance | corners | false | seconds |")
+    print("| --- | --- | --- | --- | --- | --- | --- | --- |")
     for how in SAMPLINGS:
         rows = []
         for number, (rings, corners) in enumerate(shapes().values()):
@@ -213,6 +227,7 @@ def table(options: argparse.Namespace) -> None:
                 rows.append(
                     (
                         len(faces) == 1 and len(loops) == len(rings),
+                        difference(found, []) / area - 1,
                         difference(found, rings) / (length * spacing),
                         hausdorff(found, rings, spacing),
                         within(corners, bends, near),
@@ -221,10 +236,10 @@ def table(options: argparse.Namespace) -> None:
                         seconds,
                     )
                 )
-        right, error, distance, hits, all_corners, wrong, seconds = np.array(rows).T
+        right, bias, error, distance, hits, all_corners, wrong, seconds = np.array(rows).T
         print(
             f"| {how} | {right.sum():.0f} of {len(rows)} "
-            f"| {np.median(error):.2f}, {error.max():.2f} "
+            f"| {100 * np.median(bias):+.1f} % | {np.median(error):.2f}, {error.max():.2f} "
             f"| {np.median(distance):.2f}, {distance.max():.2f} "
             f"| {hits.sum():.0f} of {all_corners.sum():.0f} | {wrong.sum():.0f} "
             f"| {seconds.mean():.3f} |",
@@ -258,9 +273,59 @@ def large() -> None:
     surface = sheet(np.zeros(2), np.ones(2))
     for count in (10_000, 100_000, 1_000_000):
         points = scattered(rings, count, np.random.default_rng(0), 1.0)
-        start = time.perf_counter()
+        wall, work = time.perf_counter(), time.process_time()
         neurbs.trim(surface, points)
-        print(f"{count} points: {time.perf_counter() - start:.2f} s", flush=True)
+        wall, work = time.perf_counter() - wall, time.process_time() - work
+        print(f"{count} points: {wall:.2f} s, {work:.2f} s of all cores", flush=True)
+
+
+def local_spacing(surface: neurbs.NurbsSurface, uv: Array) -> Array:
+    """Return the spacing at each point: medians of circumradii in space over 40 neighbors."""
+    points = surface.evaluate(uv)
+    lengths = np.linalg.norm(surface.derivatives(uv, 1)[:, [1, 0], [0, 1]], axis=-1).mean(0)
+    triangles = Delaunay(uv * lengths).simplices
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    product = np.prod([np.linalg.norm(p - q, axis=1) for p, q in ((a, b), (b, c), (c, a))], axis=0)
+    radii = product / np.maximum(2 * np.linalg.norm(np.cross(b - a, c - a), axis=1), 1e-300)
+    near = cKDTree((a + b + c) / 3).query(points, 40)[1]
+    return np.asarray(np.median(radii[near], axis=1) / 0.7309)
+
+
+def cloud_row(points: Array) -> str:
+    """Return the measures of a cloud as a row of a table."""
+    start = time.perf_counter()
+    result = neurbs.reconstruct(points)
+    fitted = time.perf_counter()
+    surface, uv = result.surface, np.unique(result.uv[result.inliers], axis=0)
+    shell = neurbs.trim(surface, uv)
+    trimmed = time.perf_counter()
+    spacing = local_spacing(surface, uv)
+    feet = surface.evaluate(uv)
+    away = np.min([face.closest_points(feet).distances for face in shell.faces], axis=0)
+    (u0, u1), (v0, v1) = surface.domain
+    u, v = ((np.arange(CELLS) + 0.5) / CELLS * (b - a) + a for a, b in ((u0, u1), (v0, v1)))
+    cells = np.stack(np.meshgrid(u, v, indexing="ij"), -1).reshape(-1, 2)
+    cells = cells[np.any([face.contains(cells) for face in shell.faces], axis=0)]
+    by_v, by_u = surface.derivatives(cells, 1)[:, [0, 1], [1, 0]].swapaxes(0, 1)
+    area = np.linalg.norm(np.cross(by_u, by_v), axis=1)
+    distance, nearest = cKDTree(feet).query(surface.evaluate(cells))
+    far = area[distance > 1.5 * spacing[nearest]].sum() / area.sum()
+    loops = [len(face.loops) for face in shell.faces]
+    return (
+        f"| {len(loops)} | {sum(loops) - len(loops)} | {np.mean(away > 0.75 * spacing):.2%} "
+        f"| {far:.2%} | {surface.area() / shell.area() - 1:.1%} "
+        f"| {fitted - start:.2f} | {trimmed - fitted:.2f} "
+        f"| {max(len(loop) for face in shell.faces for loop in face.loops)} |"
+    )
+
+
+def clouds(folder: Path) -> None:
+    """Print a row for each cloud in a folder."""
+    print("\n| cloud | faces | holes | outside | far | beyond | fit | trim | curves |")
+    print("| --- | --- | --- | --- | --- | --- | --- | --- | --- |")
+    warnings.simplefilter("ignore")
+    for path in sorted(folder.glob("*.npy")):
+        print(f"| {path.stem} {cloud_row(np.load(path))}", flush=True)
 
 
 def main() -> None:
@@ -273,12 +338,15 @@ def main() -> None:
     parser.add_argument("--noise", type=float, default=0.0, help="sideways, in the shapes' unit")
     parser.add_argument("--squares", type=int, default=1000)
     parser.add_argument("--large", action="store_true")
+    parser.add_argument("--clouds", type=Path)
     options = parser.parse_args()
     table(options)
     if options.squares:
         squares(options.squares)
     if options.large:
         large()
+    if options.clouds:
+        clouds(options.clouds)
 
 
 if __name__ == "__main__":

@@ -90,7 +90,10 @@ impl Border {
         );
         let pick = |of: &[f64]| -> Vec<f64> { chain.iter().map(|k| of[*k as usize]).collect() };
         let spacing = median(pick(&region.spacing));
-        let depth = depths(&pick(cells), &along, SETTINGS.depth_window * spacing);
+        let lattice = depths(&pick(cells), &along, SETTINGS.depth_window * spacing);
+        let times =
+            1.0 + (SETTINGS.random_depth - 1.0) * region.irregularity.powi(SETTINGS.depth_exponent);
+        let depth = lattice.into_iter().map(|depth| times * depth).collect();
         Self {
             piece,
             uv,
@@ -192,8 +195,9 @@ fn cell_areas(places: &Places, triangulation: &Triangulation, region: &Region) -
     sums.into_iter().map(|(area, count)| 2.0 * area / f64::max(count, 1.0)).collect()
 }
 
-/// Per place of a chain, its mean depth behind the true border, by Pick's theorem: a border place
-/// stands for half a cell outside of the polygon. Sums run over a window along the chain.
+/// Per place of a chain, its mean depth behind the true border on a lattice, by Pick's theorem: a
+/// border place stands for half a cell outside of the polygon. Sums run over a window along the
+/// chain. In a random scatter, discs bridge gaps and leave more than half a cell outside.
 fn depths(cells: &[f64], along: &[f64], window: f64) -> Vec<f64> {
     let (count, length) = (cells.len(), along[cells.len()]);
     let half = (0.5 * window).min(0.5 * length);

@@ -3,7 +3,7 @@
 use glam::DVec2;
 
 use super::outside::in_space;
-use super::places::Places;
+use super::places::{Places, Rectangle};
 use super::settings::CoverageSettings;
 use crate::brep::Face;
 use crate::cloud::KdTree;
@@ -22,7 +22,7 @@ pub(super) fn shares_beyond(
     places: &Places,
     spacing: &[f64],
 ) -> Result<(f64, f64)> {
-    let samples = samples(places);
+    let samples = samples(&Rectangle::of(surface), places.len());
     let mut derivatives = vec![glam::DVec3::ZERO; 4 * samples.len()];
     surface.derivatives(&samples, 1, &mut derivatives, Outside::Refuse, &mut Silent)?;
     let tree = KdTree::new(&places.points);
@@ -54,10 +54,10 @@ pub(super) fn shares_beyond(
 }
 
 /// Middles of the cells of a grid over the rectangle.
-fn samples(places: &Places) -> Vec<DVec2> {
-    let side = whole((SETTINGS.samples_per_place * places.len() as f64).sqrt());
+fn samples(rectangle: &Rectangle, places: usize) -> Vec<DVec2> {
+    let side = whole((SETTINGS.samples_per_place * places as f64).sqrt());
     let side = side.min(SETTINGS.max_side);
-    let (low, cell) = (places.rectangle.low, places.rectangle.size() / side as f64);
+    let (low, cell) = (rectangle.low, rectangle.size() / side as f64);
     let at = |k: usize| DVec2::new((k / side) as f64 + 0.5, (k % side) as f64 + 0.5);
     (0..side * side).map(|k| low + cell * at(k)).collect()
 }

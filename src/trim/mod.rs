@@ -28,6 +28,7 @@ mod polygon;
 mod ragged;
 mod rectangle_distance;
 mod region;
+mod seam;
 mod settings;
 mod spacing;
 mod spline_fit;

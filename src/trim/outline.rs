@@ -28,7 +28,7 @@ pub enum LoopForm {
     DenseArcs,
     /// One smooth curve with up to four times as many control points and half the offset.
     Smooth,
-    /// One curve as smooth as a narrow band around the border allows.
+    /// One curve with a control point for each place, as smooth as the border allows.
     Banded,
     /// A polygon with few sides.
     Polygon,
@@ -59,6 +59,8 @@ impl LoopForm {
 #[derive(Clone, Debug)]
 pub(super) struct Outline {
     pub form: LoopForm,
+    /// The step in its form: bands become narrower.
+    step: usize,
     pub corners: usize,
     pub curves: Vec<NurbsCurve>,
 }
@@ -69,16 +71,16 @@ impl Outline {
         border: &Border,
         surface: &NurbsSurface,
         rectangle: &Rectangle,
-        (mut form, offset): (LoopForm, f64),
+        (mut form, mut step, offset): (LoopForm, usize, f64),
     ) -> Result<Self> {
         loop {
-            let made = Self::in_form(border, rectangle, form, offset)?;
-            let next = form.next();
+            let made = Self::in_form(border, rectangle, (form, step), offset)?;
+            let is_there = made.is_some();
             match made {
                 Some(made) if form.is_polygon() || made.follows(border, surface)? => {
                     return Ok(made);
                 }
-                _ => form = next.unwrap_or(LoopForm::FullPolygon),
+                _ => (form, step) = closer(form, step, is_there),
             }
         }
     }
@@ -87,7 +89,7 @@ impl Outline {
     fn in_form(
         border: &Border,
         rectangle: &Rectangle,
-        form: LoopForm,
+        (form, step): (LoopForm, usize),
         offset: f64,
     ) -> Result<Option<Self>> {
         let level = |knots, band, corner_cost: Option<f64>| {
@@ -99,13 +101,13 @@ impl Outline {
             LoopForm::DenseArcs => level(2.0, SETTINGS.band, Some(SETTINGS.closer_corner_cost)),
             _ => level(4.0, SETTINGS.band, None),
         };
-        let plain = |curves| Some(Self { form, corners: 0, curves });
+        let plain = |curves| Some(Self { form, step, corners: 0, curves });
         Ok(match form {
             LoopForm::Arcs | LoopForm::DenseArcs | LoopForm::Smooth => {
                 let made = loop_curves(border, rectangle, level)?;
-                made.map(|made| Self { form, corners: made.corners, curves: made.curves })
+                made.map(|made| Self { form, step, corners: made.corners, curves: made.curves })
             }
-            LoopForm::Banded => in_band(border, level)?.and_then(|curve| plain(vec![curve])),
+            LoopForm::Banded => in_band(border, level, step)?.and_then(|curve| plain(vec![curve])),
             LoopForm::Polygon => plain(polygon(border, SETTINGS.simplify * border.spacing)?),
             LoopForm::FullPolygon => plain(polygon(border, -1.0)?),
         })
@@ -121,6 +123,15 @@ impl Outline {
     }
 }
 
+/// The form after one that does not hold; the same one's next step if there is one. `is_there` says
+/// whether the places determine curves in this form.
+fn closer(form: LoopForm, step: usize, is_there: bool) -> (LoopForm, usize) {
+    if form == LoopForm::Banded && is_there {
+        return (form, step + 1);
+    }
+    (form.next().unwrap_or(LoopForm::FullPolygon), 0)
+}
+
 /// The faces inside borders of one piece of the region, with the outlines that they are made of.
 ///
 /// Where loops cross, or cannot be proved not to, they are replaced by closer ones, polygons in the
@@ -131,26 +142,25 @@ pub(super) fn faces(
     borders: &[&Border],
     offset: f64,
 ) -> Result<Option<(Vec<Face>, Vec<Outline>)>> {
-    let make = |k: usize, form| Outline::of(borders[k], surface, rectangle, (form, offset));
+    let make =
+        |k: usize, (form, step)| Outline::of(borders[k], surface, rectangle, (form, step, offset));
     let mut outlines: Vec<Outline> =
-        (0..borders.len()).map(|k| make(k, LoopForm::Arcs)).collect::<Result<_>>()?;
+        (0..borders.len()).map(|k| make(k, (LoopForm::Arcs, 0))).collect::<Result<_>>()?;
     loop {
         let wrong = match proved(surface, rectangle, borders, &outlines)? {
             Proof::Holds(faces) => return Ok(Some((faces, outlines))),
             Proof::Fails(wrong) => wrong,
         };
         let open = |k: &usize| outlines[*k].form.next().is_some();
-        let mut closer: Vec<usize> = wrong.into_iter().filter(open).collect();
-        if closer.is_empty() {
-            closer = (0..outlines.len()).filter(open).collect();
+        let mut again: Vec<usize> = wrong.into_iter().filter(open).collect();
+        if again.is_empty() {
+            again = (0..outlines.len()).filter(open).collect();
         }
-        if closer.is_empty() {
+        if again.is_empty() {
             return Ok(None);
         }
-        for k in closer {
-            if let Some(form) = outlines[k].form.next() {
-                outlines[k] = make(k, form)?;
-            }
+        for k in again {
+            outlines[k] = make(k, closer(outlines[k].form, outlines[k].step, true))?;
         }
     }
 }

@@ -1,5 +1,8 @@
 //! Ragged borders: curves as smooth as a band around the places allows.
 
+use glam::DVec2;
+
+use super::arc_length::shares;
 use super::border::Border;
 use super::level::Level;
 use super::offset::outward;
@@ -10,31 +13,24 @@ use crate::nurbs::NurbsCurve;
 
 const SETTINGS: RaggedSettings = RaggedSettings::STANDARD;
 
-/// A periodic curve with close knots, and the strongest fairness with which it passes all places
-/// within a band; `None` if there is none.
-pub(super) fn in_band(border: &Border, level: Level) -> Result<Option<NurbsCurve>> {
-    let places = border.len();
-    let count = crate::numeric::whole(SETTINGS.share * places as f64);
+/// A periodic curve with a control point for each place: the higher the step, the less smooth and
+/// the nearer. `None` after the last step, or if the places do not determine it.
+pub(super) fn in_band(border: &Border, level: Level, step: usize) -> Result<Option<NurbsCurve>> {
+    let count = border.len();
+    let Some(&fairness) = SETTINGS.fairness.get(step) else { return Ok(None) };
     if count < SETTINGS.min_control_points {
         return Ok(None);
     }
-    // Even parameters, as knots are: each of them has places, however long the sides are.
-    let at: Vec<f64> = (0..places).map(|k| k as f64 / places as f64).collect();
+    // Square roots of lengths: a curve with even knots makes no loops between places (E. T. Y. Lee
+    // 1989).
+    let at = shares((0..count).map(|k| (border.along[k + 1] - border.along[k]).sqrt()));
+    let at = &at[..count];
     let form = Form::Periodic(border.shift);
-    let mut targets = border.uv.clone();
-    let mut chosen = None;
-    for fairness in SETTINGS.fairness {
-        let places = Targets { at: &at, uv: &targets, tangents: &border.tangents };
-        let Some(fit) = places.fit(form, count, fairness)? else { continue };
-        if places.largest(&fit.curve) <= SETTINGS.band * border.spacing {
-            chosen = Some((fit.curve, fairness));
-            break;
-        }
-    }
-    let Some((curve, fairness)) = chosen else { return Ok(None) };
+    let fit =
+        |uv: &[DVec2]| Targets { at, uv, tangents: &border.tangents }.fit(form, count, fairness);
+    let Some(through) = fit(&border.uv)? else { return Ok(None) };
     let depth: Vec<f64> = border.depth.iter().map(|depth| level.offset * depth).collect();
-    let places = Targets { at: &at, uv: &targets, tangents: &border.tangents };
-    targets = outward(&curve, &places, &depth)?;
-    let moved = Targets { at: &at, uv: &targets, tangents: &border.tangents };
-    Ok(moved.fit(form, count, fairness)?.map(|fit| fit.curve))
+    let own = Targets { at, uv: &border.uv, tangents: &border.tangents };
+    let moved = outward(&through.curve, &own, &depth)?;
+    Ok(fit(&moved)?.map(|fit| fit.curve))
 }

@@ -7,7 +7,7 @@ use super::pinches::mend_pinches;
 use super::places::Places;
 use super::settings::RegionSettings;
 use super::spacing::local_spacing;
-use super::thresholds::{Thresholds, clumping};
+use super::thresholds::{Thresholds, clumping, irregularity};
 use super::triangulation::{NONE, Triangulation, circumradius};
 use crate::error::Result;
 use crate::progress::InterruptCheck;
@@ -23,6 +23,8 @@ pub(super) struct Region {
     pub spacing: Vec<f64>,
     /// How unevenly the places scatter: 1 at random.
     pub clumping: f64,
+    /// How far the places are from a lattice: 0 on one, 1 at random.
+    pub irregularity: f64,
     /// Places in no triangle of the region.
     pub left_out: usize,
 }
@@ -111,7 +113,10 @@ impl<'a> Mesh<'a> {
             }
         }
         let left_out = held.iter().filter(|held| !**held).count();
-        Ok(Region { pieces, spacing, clumping: even, left_out })
+        let relative = self.relative_radii(&spacing).into_iter().zip(&pieces);
+        let relative = relative.filter(|(_, piece)| piece.is_some()).map(|(radius, _)| radius);
+        let irregularity = irregularity(&relative.collect::<Vec<f64>>());
+        Ok(Region { pieces, spacing, clumping: even, irregularity, left_out })
     }
 
     /// The spacing at a triangle: the geometric mean over its corners.

@@ -93,15 +93,15 @@ pub(super) struct RegionSettings {
     /// Radii of discs that reach from the outside, tried until few places are left out. Unit:
     /// ratio to the standard radius. Source: steps of a quarter to a third.
     pub(super) growth: [f64; 5],
-    /// Places that the region may leave out. Unit: share of the places. Source: half of
-    /// the points that may lie outside of a face.
+    /// Places that the region may leave out. Unit: share of the places. Source: the points that
+    /// may lie outside of a face.
     pub(super) left_out: f64,
     /// Rounds of spacing and region. Unit: rounds. Source: the third changes few triangles.
     pub(super) rounds: usize,
     /// Smallest area of a hole. Unit: share of the disc by which it is found. Source: closed form:
     /// slivers of triangles have large circles without being holes.
     pub(super) hole_share: f64,
-    /// Places of a piece that is kept. Unit: share of the places. Source: four times
+    /// Places of a piece that is kept. Unit: share of the places. Source: twice
     /// `left_out`.
     pub(super) island_share: f64,
     /// Rounds in which gaps at pinches may be filled. Unit: rounds. Source: clouds need three.
@@ -112,7 +112,7 @@ impl RegionSettings {
     /// The values that are used.
     pub(super) const STANDARD: Self = Self {
         growth: [1.0, 1.25, 1.6, 2.0, 2.5],
-        left_out: 0.005,
+        left_out: 0.01,
         rounds: 3,
         hole_share: 0.5,
         island_share: 0.02,
@@ -129,11 +129,18 @@ pub(super) struct BorderSettings {
     /// Rings of triangles over which the area of a place is averaged. Unit: rings. Source: some 40
     /// places.
     pub(super) cell_rings: usize,
+    /// Depth of the border of a random scatter. Unit: ratio to that of a lattice. Source: measured
+    /// on random squares; it would be 2 with discs that fill gaps (B. Efron 1965).
+    pub(super) random_depth: f64,
+    /// Power of the irregularity in the depth. Unit: exponent. Source: measured on jittered
+    /// lattices; the borders of those are nearly as deep as a lattice's.
+    pub(super) depth_exponent: i32,
 }
 
 impl BorderSettings {
     /// The values that are used.
-    pub(super) const STANDARD: Self = Self { depth_window: 16.0, cell_rings: 3 };
+    pub(super) const STANDARD: Self =
+        Self { depth_window: 16.0, cell_rings: 3, random_depth: 1.4, depth_exponent: 3 };
 }
 
 /// Corners of a border.
@@ -216,7 +223,7 @@ pub(super) struct ArcSettings {
     /// Sine of the least angle at which carried-on arcs meet. Unit: sine. Source: rounding.
     pub(super) min_sine: f64,
     /// Distance from a side of the rectangle within which a straight arc is part of it. Unit:
-    /// spacings. Source: twice the depth of border places.
+    /// spacings. Source: the depth of border places; arcs are less certain than that.
     pub(super) snap: f64,
 }
 
@@ -229,7 +236,7 @@ impl ArcSettings {
         lever: 5.0,
         reach: 6.0,
         min_sine: 1e-3,
-        snap: 1.0,
+        snap: 0.5,
     };
 }
 
@@ -282,28 +289,19 @@ impl SplineSettings {
     };
 }
 
-/// Ragged borders: curves in a band.
+/// Ragged borders: curves with a control point for each place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct RaggedSettings {
-    /// Number of control points. Unit: control points a place. Source: three quarters are still
-    /// determined by the places.
-    pub(super) share: f64,
     /// Fewest control points. Unit: control points. Source: twice the degree, and one.
     pub(super) min_control_points: usize,
     /// Weights of third differences, tried in order. Unit: ratio. Source: steps of ten.
     pub(super) fairness: [f64; 6],
-    /// Half the width of the band. Unit: spacings. Source: two thirds of what a point may lie outside.
-    pub(super) band: f64,
 }
 
 impl RaggedSettings {
     /// The values that are used.
-    pub(super) const STANDARD: Self = Self {
-        share: 0.75,
-        min_control_points: 7,
-        fairness: [1e2, 1e1, 1.0, 1e-1, 1e-2, 1e-3],
-        band: 1.0,
-    };
+    pub(super) const STANDARD: Self =
+        Self { min_control_points: 7, fairness: [1e2, 1e1, 1.0, 1e-1, 1e-2, 1e-3] };
 }
 
 /// The outline: checks of its curves.

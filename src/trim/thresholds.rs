@@ -5,7 +5,7 @@
 
 use std::f64::consts::PI;
 
-use super::settings::ThresholdSettings;
+use super::settings::{SpacingSettings, ThresholdSettings};
 use crate::numeric::quantile;
 
 const SETTINGS: ThresholdSettings = ThresholdSettings::STANDARD;
@@ -52,6 +52,13 @@ pub(super) fn clumping(radii: impl IntoIterator<Item = f64>) -> f64 {
     decile.clamp(1.0, SETTINGS.max_clumping)
 }
 
+/// How far places are from a lattice: 0 on one, 1 at random. From circumradii.
+pub(super) fn irregularity(radii: &[f64]) -> f64 {
+    let deciles = [0.9, 0.5].map(|share| quantile(radii.iter().copied(), share));
+    let random = SETTINGS.ninth_decile / SpacingSettings::STANDARD.median_circumradius - 1.0;
+    ((deciles[0] / deciles[1] - 1.0) / random).clamp(0.0, 1.0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -65,7 +72,7 @@ mod tests {
 
     #[test]
     fn evenness_counts_as_random() {
-        assert_eq!(clumping([0.7; 100]), 1.0);
+        assert_eq!((clumping([0.7; 100]), irregularity(&[0.7; 100])), (1.0, 0.0));
         assert!(clumping((0..100).map(f64::from)) == SETTINGS.max_clumping);
     }
 }

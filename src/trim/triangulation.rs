@@ -164,8 +164,9 @@ fn triangles(sites: Vec<Site>) -> Vec<([u32; 3], [u32; 3])> {
 /// The Delaunay triangulation of places on a rectangle of which directions close.
 ///
 /// A strip beside each seam is copied to the other side. The triangles whose middles lie in the
-/// rectangle remain, but for those that are too large to be sure of. Places are moved by a small share of their distances: of places on one
-/// circle, as grids have, the copies would be triangulated in other ways.
+/// rectangle remain, but for those that are too large to be sure of. Places are moved by a small
+/// share of their distances: of places on one circle, as grids have, the copies would be
+/// triangulated in other ways.
 fn wrapped(places: &Places) -> Triangulation {
     let rectangle = places.rectangle;
     let size = rectangle.size() * places.scale;

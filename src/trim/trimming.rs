@@ -10,9 +10,10 @@ use super::options::TrimOptions;
 use super::outcome::{Doubt, LoopOutcome, Trim};
 use super::outline::{Outline, faces};
 use super::outside::outside_shares;
-use super::places::Places;
+use super::places::{Places, Rectangle};
 use super::rectangle_distance::follows_sides;
 use super::region::Region;
+use super::seam::with_free_seams;
 use super::settings::{DoubtSettings, OutlineSettings};
 use super::triangulation::Triangulation;
 use crate::brep::Face;
@@ -29,7 +30,8 @@ const SETTINGS: DoubtSettings = DoubtSettings::STANDARD;
 /// `uv` are the parameters of points on the surface. Faces are bounded by curves around the
 /// regions that hold points, and around holes. Parts without points are outside if a disc finds
 /// room there that a random scatter hardly has. The faces' loops are proved to be simple and
-/// disjoint. O(n log n) for up to 200,000 points; of more, one a square counts.
+/// disjoint. Where a region does not wind around a closed surface, the faces' surface begins
+/// elsewhere: its parameters differ by whole turns. O(n log n) for up to 200,000 points; of more, one a square counts.
 ///
 /// ```
 /// use std::sync::Arc;
@@ -68,6 +70,8 @@ pub fn trim(
         let triangulation = Triangulation::of(&places);
         check_interrupt()?;
         let region = Region::of(&places, &triangulation, &mut check_interrupt)?;
+        let surface = with_free_seams(whole.surface(), &places, &triangulation, &region)?;
+        let rectangle = Rectangle::of(&surface);
         let mut borders = Border::all(&places, &triangulation, &region);
         if !options.holes {
             borders.retain(|border| !border.is_hole());
@@ -88,14 +92,13 @@ pub fn trim(
         for piece in 0..made.regions {
             check_interrupt()?;
             let own: Vec<&Border> = borders.iter().filter(|b| b.piece as usize == piece).collect();
-            let Some((faces, outlines)) = faces(whole.surface(), &places.rectangle, &own, offset)?
-            else {
+            let Some((faces, outlines)) = faces(&surface, &rectangle, &own, offset)? else {
                 return Ok(untrimmed(whole, Doubt::NotSimple));
             };
             made.faces.extend(faces);
             for (border, outline) in own.iter().zip(&outlines) {
                 made.loops.push(LoopOutcome::of(border, outline, piece));
-                outside += count_outside(border, outline, surface)?;
+                outside += count_outside(border, outline, &surface)?;
             }
         }
         if made.faces.is_empty() {
@@ -103,9 +106,9 @@ pub fn trim(
         }
         made.outside = outside as f64 / places.len() as f64;
         check_interrupt()?;
-        let beyond = shares_beyond(&made.faces, surface, &places, &region.spacing)?;
+        let beyond = shares_beyond(&made.faces, &surface, &places, &region.spacing)?;
         (made.beyond, made.beyond_untrimmed) = (Some(beyond.0), Some(beyond.1));
-        made.pointless = is_pointless(&made, whole.surface(), &places)?;
+        made.pointless = is_pointless(&made, &surface, &rectangle)?;
         Ok(made)
     })
 }
@@ -146,10 +149,10 @@ fn count_outside(border: &Border, outline: &Outline, surface: &NurbsSurface) -> 
 }
 
 /// Whether the whole surface is as good as the faces.
-fn is_pointless(made: &Trim, surface: &NurbsSurface, places: &Places) -> Result<bool> {
+fn is_pointless(made: &Trim, surface: &NurbsSurface, rectangle: &Rectangle) -> Result<bool> {
     let [face] = &made.faces[..] else { return Ok(false) };
     let plain = made.regions == 1 && made.loops.iter().all(|of| !of.is_hole);
-    Ok(plain && follows_sides(face, surface, &places.rectangle, made.spacing[1])?)
+    Ok(plain && follows_sides(face, surface, rectangle, made.spacing[1])?)
 }
 
 impl LoopOutcome {

@@ -1,8 +1,17 @@
 """Faces that end where points end, from Python."""
 
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from OCP.BRepCheck import BRepCheck_Analyzer
+from OCP.BRepGProp import BRepGProp
+from OCP.GProp import GProp_GProps
+from OCP.IFSelect import IFSelect_ReturnStatus
+from OCP.STEPControl import STEPControl_Reader
 
 import neurbs
 
@@ -56,3 +65,43 @@ def test_wrong_arguments_are_refused() -> None:
         neurbs.trim(plane(), places(500), border=9)
     with pytest.raises(neurbs.NeurbsError, match="domain"):
         neurbs.trim(plane(), [[2.0, 0.5]] * 50)
+
+
+def closed_parts() -> Iterator[tuple[str, neurbs.NurbsSurface, NDArray[np.float64], int]]:
+    """Yield parts of closed surfaces: name, surface, parameters, Euler characteristic."""
+    tube = neurbs.NurbsSurface.cylinder([0, 0, -0.5], [0, 0, 4], 1)
+    torus = neurbs.NurbsSurface.torus([0, 0, 0], 2, 0.8)
+    for name, surface, euler in (("tube", tube, -1), ("torus", torus, -1), ("open", tube, 1)):
+        uv = np.random.default_rng(0).random((20_000, 2))
+        by_v, by_u = surface.derivatives(uv, 1)[:, [0, 1], [1, 0]].swapaxes(0, 1)
+        area = np.linalg.norm(np.cross(by_u, by_v), axis=1)
+        uv = uv[np.random.default_rng(1).random(len(uv)) < area / area.max()]
+        points = surface.evaluate(uv)
+        seam = surface.evaluate([[0.0, 0.5]])[0]
+        if name == "open":
+            kept = (points @ (seam * (1, 1, 0)) > -0.3) & (abs(points[:, 2] - 1.5) < 1.5)
+        else:
+            kept = np.linalg.norm(points - seam, axis=1) > 0.5
+        yield name, surface, uv[kept], euler
+
+
+@pytest.mark.parametrize("part", list(closed_parts()), ids=lambda part: part[0])
+def test_faces_at_seams_are_written_and_read(part: Any, tmp_path: Path) -> None:
+    _, surface, uv, euler = part
+    shell = neurbs.trim(surface, uv)
+    assert len(shell.faces) == 1
+    path = tmp_path / "part.step"
+    shell.save(path)
+    reader = STEPControl_Reader()
+    assert reader.ReadFile(str(path)) == IFSelect_ReturnStatus.IFSelect_RetDone
+    reader.TransferRoots()
+    shape, properties = reader.OneShape(), GProp_GProps()
+    assert BRepCheck_Analyzer(shape).IsValid()
+    BRepGProp.SurfaceProperties_s(shape, properties, 1e-8)
+    assert abs(properties.Mass()) == pytest.approx(shell.area(), rel=1e-4)
+    assert neurbs.load_shell(path).area() == pytest.approx(shell.area(), rel=1e-6)
+    mesh = shell.tessellate()
+    assert mesh.euler_characteristic() == euler
+    triangles = np.asarray(mesh.triangles)
+    sides = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    assert np.unique(sides, axis=0, return_counts=True)[1].max() == 2

@@ -1,5 +1,6 @@
 //! Trimming of random points on shapes whose outlines are known.
 
+mod closed;
 mod measures;
 mod samplings;
 mod shapes;
@@ -19,12 +20,16 @@ fn trimmed(surface: &Arc<NurbsSurface>, uv: &[DVec2]) -> Trim {
     trim(surface, uv, &TrimOptions::default(), &mut Silent).unwrap()
 }
 
-/// The measures of all shapes with some seeds.
-fn table(sampling: Sampling, count: usize, seeds: u64) -> Vec<(String, Measures)> {
+/// The measures of all shapes with some seeds. `noise` moves points sideways.
+fn table(sampling: Sampling, count: usize, seeds: u64, noise: f64) -> Vec<(String, Measures)> {
     let cases =
         all().into_iter().flat_map(|shape| (0..seeds).map(move |seed| (shape.clone(), seed)));
     let case = |(shape, seed): (Shape, u64)| {
-        let points = sampling.points(&shape, count, &mut Random::new(seed));
+        let mut random = Random::new(seed);
+        let mut points = sampling.points(&shape, count, &mut random);
+        for at in &mut points {
+            *at += noise * random.normal();
+        }
         let surface = sheet(grown_box(&points, 0.4 * shape.spacing(points.len())));
         let made = trimmed(&surface, &points);
         (format!("{} {sampling:?} {seed}", shape.name), Measures::of(&made, &shape, points.len()))
@@ -38,8 +43,8 @@ fn median(mut values: Vec<f64>) -> f64 {
 }
 
 /// Holes are right in all, and the median error is at most the limit.
-fn check(sampling: Sampling, limit: f64) {
-    let rows = table(sampling, 3000, 3);
+fn check(sampling: Sampling, noise: f64, limit: f64) {
+    let rows = table(sampling, 3000, 3, noise);
     for (name, measures) in &rows {
         assert_eq!(measures.holes, measures.true_holes, "{name}");
         assert_eq!(measures.faces, 1, "{name}");
@@ -50,27 +55,84 @@ fn check(sampling: Sampling, limit: f64) {
 
 #[test]
 fn random_points_show_the_outline() {
-    check(Sampling::Random, 0.25);
+    check(Sampling::Random, 0.0, 0.25);
+}
+
+#[test]
+fn noise_along_the_surface_hides_no_outline() {
+    check(Sampling::Random, 0.005, 0.25);
+}
+
+#[test]
+fn areas_are_right_on_average() {
+    // Smooth outlines away from the sides of the surface, where nothing else decides.
+    for (shape, sampling) in [0, 2, 6]
+        .into_iter()
+        .flat_map(|k| [(k, Sampling::Random), (k, Sampling::Grid)])
+        .map(|(k, sampling)| (all().swap_remove(k), sampling))
+    {
+        let ratio = |seed| {
+            let points = sampling.points(&shape, 2000, &mut Random::new(seed));
+            let surface = sheet(grown_box(&points, 0.1));
+            measures::area(&measures::rings(&trimmed(&surface, &points)))
+                / measures::area(&shape.rings)
+        };
+        let mean = (0..5).map(ratio).sum::<f64>() / 5.0;
+        assert!((mean - 1.0).abs() < 0.0075, "{} {sampling:?}: {mean}", shape.name);
+    }
+}
+
+#[test]
+fn few_points_show_holes() {
+    let (count, plane) = (300, sheet((DVec2::ZERO, DVec2::ONE)));
+    let radius = 3.0 / f64::from(count).sqrt();
+    for seed in 0..30 {
+        let mut random = Random::new(seed);
+        let middle = 0.3 + 0.4 * random.point();
+        let around = std::iter::repeat_with(|| random.point());
+        let around = around.filter(|at| at.distance(middle) > radius).take(300);
+        let made = trimmed(&plane, &around.collect::<Vec<DVec2>>());
+        assert!(!inside(&measures::rings(&made), middle), "seed {seed}");
+    }
+}
+
+#[test]
+fn ragged_outlines_become_curves() {
+    // Teeth that are too narrow for arcs.
+    let plane = sheet((DVec2::ZERO, DVec2::ONE));
+    for seed in 0..5 {
+        let mut random = Random::new(seed);
+        let radii: Vec<f64> = (0..24).map(|_| 0.3 + 0.15 * random.number()).collect();
+        let around = std::iter::repeat_with(|| random.point()).filter(|at| {
+            let away = *at - 0.5;
+            let turn = (away.to_angle() / std::f64::consts::TAU).rem_euclid(1.0);
+            let tooth = (0..24).take_while(|k| f64::from(*k) < 24.0 * turn).count();
+            away.length() < radii[tooth.max(1) - 1]
+        });
+        let made = trimmed(&plane, &around.take(1000).collect::<Vec<DVec2>>());
+        assert!(made.loops.iter().all(|of| !of.form.is_polygon()), "{:?}", made.loops);
+        assert!(made.outside < 0.01, "{}", made.outside);
+    }
 }
 
 #[test]
 fn grids_show_the_outline() {
-    check(Sampling::Grid, 0.2);
+    check(Sampling::Grid, 0.0, 0.2);
 }
 
 #[test]
 fn falling_densities_show_the_outline() {
-    check(Sampling::Falling, 0.3);
+    check(Sampling::Falling, 0.0, 0.3);
 }
 
 #[test]
 fn scan_lines_show_the_outline() {
-    check(Sampling::Lines, 0.4);
+    check(Sampling::Lines, 0.0, 0.4);
 }
 
 #[test]
 fn corners_are_found_and_curves_have_none() {
-    let rows = table(Sampling::Random, 3000, 3);
+    let rows = table(Sampling::Random, 3000, 3, 0.0);
     let sum = |of: fn(&Measures) -> usize| rows.iter().map(|(_, m)| of(m)).sum::<usize>();
     let (found, all, wrong) =
         (sum(|m| m.corners), sum(|m| m.true_corners), sum(|m| m.false_corners));

@@ -1,5 +1,6 @@
 //! Samplings of shapes, and the surface on which they lie.
 
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use neurbs::nurbs::{KnotVector, NurbsSurface};
@@ -19,6 +20,12 @@ impl Random {
 
     pub(crate) fn number(&mut self) -> f64 {
         self.0.random()
+    }
+
+    /// A point from the standard normal distribution (G. E. P. Box and M. E. Muller 1958).
+    pub(crate) fn normal(&mut self) -> DVec2 {
+        let radius = (-2.0 * (1.0 - self.number()).ln()).sqrt();
+        radius * DVec2::from_angle(TAU * self.number())
     }
 
     /// A point in the unit square.
