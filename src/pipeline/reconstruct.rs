@@ -78,7 +78,7 @@ fn finish(
     let measured = PointDeviations::of(points, ranked.cloud, &fit, &surface, closed, observer)?;
     let mut diagnostics = defects;
     diagnostics.extend(diagnose(points, &ranked, options, kind, &fit, &measured));
-    let som = map.in_given_frame(&frame, observer)?;
+    let (som, som_options) = map.in_given_frame(&frame, observer)?;
     ranked.times.end_stage("measure");
 
     let findings = SurfaceFindings {
@@ -94,5 +94,5 @@ fn finish(
     };
     let report = Report::of(findings, ranked, options.tolerance);
     let PointDeviations { uv, deviations, inliers } = measured;
-    Ok(Reconstruction { surface, som, uv, deviations, inliers, report })
+    Ok(Reconstruction { surface, som, som_options, uv, deviations, inliers, report })
 }

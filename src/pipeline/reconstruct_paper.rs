@@ -89,7 +89,14 @@ fn run(
     observer: &mut dyn Observer,
 ) -> Result<Reconstruction> {
     let mut times = StageTimes::start();
-    let som = train(points, bounds, options, observer)?;
+    let som_options = SomOptions {
+        seed: options.seed,
+        max_steps: options.max_steps,
+        reach: options.reach,
+        min_change: options.min_change,
+        ..SomOptions::paper()
+    };
+    let som = train(points, bounds, options, &som_options, observer)?;
     let quantization_error = som.quantization_error(points, observer)?;
     times.end_stage("train");
     let surface = options.surface.through(som.codebook(), som.lattice.shape(), options.degree)?;
@@ -123,7 +130,7 @@ fn run(
         seconds: times.seconds(),
     };
     let inliers = vec![true; points.len()];
-    Ok(Reconstruction { surface, som, uv, deviations, inliers, report })
+    Ok(Reconstruction { surface, som, som_options, uv, deviations, inliers, report })
 }
 
 /// Trains the network on the points.
@@ -131,6 +138,7 @@ fn train(
     points: &[DVec3],
     bounds: &Bounds,
     options: &PaperOptions,
+    som_options: &SomOptions,
     observer: &mut dyn Observer,
 ) -> Result<SelfOrganizingMap> {
     let lattice = match options.grid {
@@ -142,12 +150,5 @@ fn train(
         None => Lattice::for_points(points.len()),
     };
     options.surface.check_shape(lattice.shape())?;
-    let som_options = SomOptions {
-        seed: options.seed,
-        max_steps: options.max_steps,
-        reach: options.reach,
-        min_change: options.min_change,
-        ..SomOptions::paper()
-    };
-    SelfOrganizingMap::fit_within(bounds, points, lattice, &som_options, observer)
+    SelfOrganizingMap::fit_within(bounds, points, lattice, som_options, observer)
 }

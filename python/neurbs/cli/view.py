@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from neurbs import NeurbsError, PointCloud
+from neurbs.choices import Backend
 from neurbs.cli.command import command, print_table
 from neurbs.cli.config import Config
 from neurbs.cli.inputs import Columns, File, Nan, load, only_surface, read_points
@@ -70,7 +71,7 @@ def view(
     if output is None:
         _check_display()
     thing, given = load(file, columns, nan), values(options)
-    backend = "pyvista" if output is None else "matplotlib"
+    backend: Backend = "pyvista" if output is None else "matplotlib"
     cloud = None if points is None else read_points(points, columns, nan)
     if isinstance(thing, PointCloud):
         drawn = plot_points(thing.points, backend=backend)
