@@ -381,8 +381,8 @@ mod tests {
         let dome = sphere.sub_surface((0.0, 1.0), (0.5, 1.0), &mut Silent).unwrap();
         let dome = HeightSearch::new(&dome).unwrap();
         for (x, y) in [(5.0, 0.0), (-3.0, 4.0), (0.0, -5.0), (4.8, 1.4)] {
-            // The surface is vertical there.
-            assert!(dome.z(x, y).abs() < 1e-7, "{x} {y} {}", dome.z(x, y));
+            // The surface is vertical there, so rounding of x and y has a large effect.
+            assert!(dome.z(x, y).abs() < 1e-6, "{x} {y} {}", dome.z(x, y));
             assert!(dome.z(1.001 * x, 1.001 * y).is_nan());
             let z = (25.0 - (0.999_f64.powi(2) * 25.0)).sqrt();
             assert!((dome.z(0.999 * x, 0.999 * y) - z).abs() < 1e-10);
