@@ -43,8 +43,8 @@ def test_the_methods_of_splipy_exist() -> None:
     splipy, files = pytest.importorskip("splipy"), pytest.importorskip("splipy.io")
     from splipy import curve_factory, surface_factory
 
-    owners = (splipy, splipy.Surface, splipy.Curve, files, files.STL)
-    owners = (*owners, curve_factory, surface_factory)
+    modules = (splipy, files, curve_factory, surface_factory)
+    owners = (*modules, splipy.Surface, splipy.Curve, files.STL)
     found = names(section("Splipy"), 0)
     assert {"tangent", "curvature", "raise_order"} <= found
     assert not {name for name in found if not any(hasattr(owner, name) for owner in owners)}
