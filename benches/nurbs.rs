@@ -1,11 +1,13 @@
-//! Time of evaluation, closest points, fitting, interpolation and areas, as a function of the net
-//! size.
+//! Time of evaluation, heights, closest points, fitting, interpolation and areas, as a function of
+//! the net size.
 //!
 //! The side of the rational bicubic net varies from 5 to 100.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use neurbs::fit::{FitOptions, fit};
-use neurbs::nurbs::{ClosestPointSearch, GridOptions, KnotVector, NurbsSurface, Outside};
+use neurbs::nurbs::{
+    ClosestPointSearch, GridOptions, HeightSearch, KnotVector, NurbsSurface, Outside,
+};
 use neurbs::progress::Silent;
 use neurbs::{DVec2, DVec3};
 
@@ -53,6 +55,25 @@ fn evaluation(criterion: &mut Criterion) {
         group.bench_function(BenchmarkId::new("scattered points", side), |bencher| {
             bencher.iter(|| surface.evaluate(&uv, &mut points, Outside::Refuse, &mut Silent));
         });
+    }
+}
+
+fn heights(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("heights");
+    let places: (Vec<f64>, Vec<f64>) =
+        scattered(1_000_000).iter().map(|at| (9.0 * at.x, 9.0 * at.y)).unzip();
+    let mut z = vec![0.0; 1_000_000];
+    group.throughput(Throughput::Elements(1_000_000)).sample_size(10);
+    for side in NETS {
+        let rational = surface(side);
+        let net = rational.control_points().to_vec();
+        let polynomial = NurbsSurface::clamped(net, (side, side), 3).unwrap();
+        for (name, surface) in [("polynomial", polynomial), ("rational", rational)] {
+            let search = HeightSearch::new(&surface).unwrap();
+            group.bench_function(BenchmarkId::new(name, side), |bencher| {
+                bencher.iter(|| search.heights(&places.0, &places.1, &mut z, &mut Silent));
+            });
+        }
     }
 }
 
@@ -105,5 +126,5 @@ fn areas(criterion: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, evaluation, inverse_problems, areas);
+criterion_group!(benches, evaluation, heights, inverse_problems, areas);
 criterion_main!(benches);

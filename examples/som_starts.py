@@ -9,7 +9,7 @@ python examples/som_starts.py [PICTURE]
 """
 
 import sys
-from typing import Any
+from typing import Any, Literal
 
 import matplotlib
 
@@ -89,7 +89,9 @@ def main(path: str) -> None:
     figure = plt.figure(figsize=(17, 8))
     axes = [figure.add_subplot(3, 7, place, projection="3d") for place in range(1, 22)]
     for place, (name, init) in enumerate(starts):
-        training = "online" if name in ("centroid", "densest-cluster", "random") else "batch"
+        training: Literal["batch", "online"] = (
+            "online" if name in ("centroid", "densest-cluster", "random") else "batch"
+        )
         som = neurbs.SelfOrganizingMap(24, 8, init=init, training=training).start(sheet)
         _draw(axes[place], f"init={name}", sheet, som)
         som.resume(sheet)

@@ -421,18 +421,21 @@ fn a_distribution_is_fitted_from_a_sampler() {
 }
 
 #[test]
-fn parameters_of_nodes_are_their_lattice_coordinates() {
+fn parameters_of_nodes_are_their_places_on_the_extended_lattice() {
     let points = sheet(2000);
     let som = fit(&points, &Lattice::quad(10, 12).unwrap(), &SomOptions::default());
     let nodes = som.codebook();
-    let uv = som.parametrize(&nodes, 0.75, &mut Silent).unwrap();
-    for (i, uv) in uv.iter().enumerate() {
-        let expected = DVec2::new((i / 12) as f64 / 9.0, (i % 12) as f64 / 11.0);
-        assert!(uv.distance(expected) < 1e-6, "{i}: {uv} {expected}");
+    for beyond in [0.0, 0.75] {
+        let uv = som.parametrize(&nodes, beyond, &mut Silent).unwrap();
+        for (i, uv) in uv.iter().enumerate() {
+            let share = |node: usize, cells: f64| (node as f64 + beyond) / (cells + 2.0 * beyond);
+            let expected = DVec2::new(share(i / 12, 9.0), share(i % 12, 11.0));
+            assert!(uv.distance(expected) < 1e-6, "{i}: {uv} {expected}");
+        }
     }
     let far = [DVec3::new(-9.0, 0.5, 0.0), DVec3::new(0.5, 9.0, 0.0)];
     for uv in som.parametrize(&far, 0.5, &mut Silent).unwrap() {
-        assert!(uv.x >= -0.5 / 9.0 - 1e-15 && uv.y <= 1.0 + 0.5 / 11.0 + 1e-15);
+        assert!((0.0..=1.0).contains(&uv.x) && (0.0..=1.0).contains(&uv.y), "{uv}");
     }
 }
 

@@ -42,6 +42,7 @@ if TYPE_CHECKING:
         ClosestPoints,
         Components,
         Curvatures,
+        CurvePoints,
         Edge,
         Epoch,
         EvenSample,
@@ -147,6 +148,7 @@ __all__ = [
     "ConvergenceWarning",
     "CrsUnknownWarning",
     "Curvatures",
+    "CurvePoints",
     "Diagnostic",
     "Edge",
     "Epoch",
@@ -272,6 +274,9 @@ _HOMES = {
 _MODULES = ("io", "plot", "report")
 """Public modules."""
 
+_ATTRIBUTES = ("__doc__", "__file__", "__name__", "__path__", "__spec__")
+"""Attributes of the module itself that tools look up; imports are not part of it."""
+
 
 _importing = threading.RLock()
 """Held while a name is imported: modules that import each other must not meet in two threads."""
@@ -310,7 +315,7 @@ if not TYPE_CHECKING:  # Type checkers must report misspelt names.
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__, *_MODULES})
+    return sorted({*__all__, *_MODULES, *_ATTRIBUTES})
 
 
 if "numpy" in sys.modules or any("neurbs." in option for option in sys.warnoptions):

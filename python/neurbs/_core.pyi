@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any, Literal, TypeAlias, final
+from typing import Any, Literal, TypeAlias, final, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,6 +15,7 @@ __all__ = [
     "ClosestPoints",
     "Components",
     "Curvatures",
+    "CurvePoints",
     "Edge",
     "Epoch",
     "EvenSample",
@@ -126,6 +127,17 @@ class ClosestPoints:
     def converged(self) -> NDArray[np.bool_]: ...
 
 @final
+class CurvePoints:
+    """The projections of points onto a curve."""
+
+    @property
+    def u(self) -> NDArray[np.float64]: ...
+    @property
+    def points(self) -> NDArray[np.float64]: ...
+    @property
+    def distances(self) -> NDArray[np.float64]: ...
+
+@final
 class NurbsCurve:
     """A NURBS curve in space: an isocurve, a boundary, a profile."""
 
@@ -173,6 +185,17 @@ class NurbsCurve:
         extrapolate: bool = False,
         out: NDArray[np.float64] | None = None,
     ) -> NDArray[np.float64]: ...
+    def __call__(self, u: ArrayLike) -> NDArray[np.float64]: ...
+    def tangents(
+        self, u: ArrayLike, *, extrapolate: bool = False, out: NDArray[np.float64] | None = None
+    ) -> NDArray[np.float64]: ...
+    def curvatures(
+        self, u: ArrayLike, *, extrapolate: bool = False, out: NDArray[np.float64] | None = None
+    ) -> NDArray[np.float64]: ...
+    def bounding_box(
+        self, *, tight: bool = True
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
+    def closest_points(self, points: ArrayLike) -> CurvePoints: ...
     def insert_knots(self, knots: ArrayLike) -> NurbsCurve: ...
     def remove_knots(self, knots: ArrayLike | None = None, *, tolerance: float) -> NurbsCurve: ...
     def elevate_degree(self, times: int = 1) -> NurbsCurve: ...
@@ -416,6 +439,13 @@ class NurbsSurface:
     def closed(self) -> tuple[bool, bool]: ...
     def evaluate(
         self, uv: ArrayLike, *, extrapolate: bool = False, out: NDArray[np.float64] | None = None
+    ) -> NDArray[np.float64]: ...
+    def __call__(self, u: ArrayLike, v: ArrayLike) -> NDArray[np.float64]: ...
+    @overload
+    def z(self, x: float, y: float, *, out: None = None) -> float: ...
+    @overload
+    def z(
+        self, x: ArrayLike, y: ArrayLike, *, out: NDArray[np.float64] | None = None
     ) -> NDArray[np.float64]: ...
     def evaluate_grid(
         self,

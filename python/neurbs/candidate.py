@@ -9,6 +9,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from neurbs import _core
+from neurbs.choices import KindChoice
 
 
 @dataclasses.dataclass(frozen=True)
@@ -78,7 +79,7 @@ def table(candidates: Iterable[Candidate]) -> str:
 
 def candidates(
     points: ArrayLike,
-    kind: str = "auto",
+    kind: KindChoice = "auto",
     *,
     progress: Callable[[_core.Progress], object] | None = None,
 ) -> list[Candidate]:

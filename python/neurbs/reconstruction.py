@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from neurbs import _core, candidate, diagnostics
 from neurbs._core import NeurbsError
+from neurbs.choices import Backend, SurfaceColor
 from neurbs.errors import argument_error
 from neurbs.reconstruction_report import Report, TrimReport
 from neurbs.renamed import missing_attribute
@@ -95,6 +96,10 @@ class Reconstruction:
         """
         return self.shell.tessellate()
 
+    def z(self, x: ArrayLike, y: ArrayLike, *, out: NDArray[np.float64] | None = None) -> Any:
+        """Return the height of the surface at x and y; see `NurbsSurface.z`."""
+        return self.surface.z(x, y, out=out)
+
     def save(
         self, path: str | os.PathLike[str], *, unit: str | None = None, pcurves: bool = True
     ) -> None:
@@ -127,11 +132,11 @@ class Reconstruction:
     def plot(
         self,
         *,
-        color: str = "height",
+        color: SurfaceColor = "height",
         tolerance: float | None = None,
         unit: str = "",
         isolines: int = 20,
-        backend: str = "matplotlib",
+        backend: Backend = "matplotlib",
     ) -> Any:
         """Draw points, lattice and surface: see `neurbs.plot.plot_reconstruction`."""
         from neurbs.plot import plot_reconstruction
@@ -198,8 +203,7 @@ def wrapped(
 ) -> Reconstruction:
     """Make a result from the output of the core; `start` is the time of the call."""
     surface, shell, trained, uv, deviations, inliers, facts, history = found
-    training = ("seed", "max_steps", "reach", "min_change")
-    som = SelfOrganizingMap._of_core(trained, **{name: options.get(name) for name in training})
+    som = SelfOrganizingMap._of_core(trained, facts.pop("som"))
     facts["candidates"] = candidate.of_core(facts["candidates"])
     facts["diagnostics"] = diagnostics.of_core(facts["diagnostics"])
     facts["trim"] = facts["trim"] and TrimReport(**facts["trim"])

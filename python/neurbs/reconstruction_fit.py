@@ -8,13 +8,14 @@ from __future__ import annotations
 import dataclasses
 import time
 from collections.abc import Callable, Iterator
-from typing import Any, overload
+from typing import Any, Literal, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from neurbs import _core, diagnostics
 from neurbs import reconstruction_chunks as chunks
+from neurbs.choices import KindChoice, Positions, TrimChoice
 from neurbs.errors import argument_error
 from neurbs.reconstruction import Reconstruction, in_unit_of, scattered, wrapped
 from neurbs.renamed import without_old_keywords
@@ -28,21 +29,21 @@ def reconstruct(
     points: ArrayLike | Iterator[ArrayLike],
     tolerance: float | None = None,
     *,
-    kind: str = "auto",
+    kind: KindChoice = "auto",
     component: int | None = None,
     axis_scale: tuple[float, float, float] | None = None,
     grid: tuple[int, int] | None = None,
     degree: int = 3,
-    init: ArrayLike | str = "auto",
+    init: Positions | Literal["auto", "geodesic", "pca"] = "auto",
     weights: ArrayLike | None = None,
     clean: bool = True,
     robust: bool = True,
     rational: bool = False,
     fairness: float | None = None,
     border: float | None = None,
-    trim: bool | str = "auto",
+    trim: TrimChoice = "auto",
     max_control_points: int = 40_000,
-    aspect: str = "data",
+    aspect: Literal["data", "fixed"] = "data",
     seed: int = 0,
     progress: Callable[[_core.Progress], object] | None = None,
 ) -> Reconstruction: ...
@@ -53,21 +54,21 @@ def reconstruct(
     points: ArrayLike | Iterator[ArrayLike],
     tolerance: float | None = None,
     *,
-    kind: str = "auto",
-    component: str,
+    kind: KindChoice = "auto",
+    component: Literal["each"],
     axis_scale: tuple[float, float, float] | None = None,
     grid: tuple[int, int] | None = None,
     degree: int = 3,
-    init: ArrayLike | str = "auto",
+    init: Positions | Literal["auto", "geodesic", "pca"] = "auto",
     weights: ArrayLike | None = None,
     clean: bool = True,
     robust: bool = True,
     rational: bool = False,
     fairness: float | None = None,
     border: float | None = None,
-    trim: bool | str = "auto",
+    trim: TrimChoice = "auto",
     max_control_points: int = 40_000,
-    aspect: str = "data",
+    aspect: Literal["data", "fixed"] = "data",
     seed: int = 0,
     progress: Callable[[_core.Progress], object] | None = None,
 ) -> list[Reconstruction]: ...
@@ -78,21 +79,21 @@ def reconstruct(
     points: ArrayLike | Iterator[ArrayLike],
     tolerance: float | None = None,
     *,
-    kind: str = "auto",
-    component: int | str | None = None,
+    kind: KindChoice = "auto",
+    component: int | Literal["each"] | None = None,
     axis_scale: tuple[float, float, float] | None = None,
     grid: tuple[int, int] | None = None,
     degree: int = 3,
-    init: ArrayLike | str = "auto",
+    init: Positions | Literal["auto", "geodesic", "pca"] = "auto",
     weights: ArrayLike | None = None,
     clean: bool = True,
     robust: bool = True,
     rational: bool = False,
     fairness: float | None = None,
     border: float | None = None,
-    trim: bool | str = "auto",
+    trim: TrimChoice = "auto",
     max_control_points: int = 40_000,
-    aspect: str = "data",
+    aspect: Literal["data", "fixed"] = "data",
     seed: int = 0,
     progress: Callable[[_core.Progress], object] | None = None,
 ) -> Reconstruction | list[Reconstruction]:

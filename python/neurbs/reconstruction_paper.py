@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Literal
 
 from numpy.typing import ArrayLike
 
@@ -17,7 +17,7 @@ def reconstruct_paper(
     *,
     grid: tuple[int, int] | None = None,
     degree: int = 3,
-    surface: str = "control-net",
+    surface: Literal["control-net", "interpolate", "bezier"] = "control-net",
     max_steps: int | None = None,
     reach: float | None = None,
     min_change: float | None = None,

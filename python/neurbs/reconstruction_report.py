@@ -61,7 +61,7 @@ def _beyond(share: float | None) -> str:
     return "" if share is None else f" ({100 * share:.2g} % beyond the points)"
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, repr=False)
 class Report:
     """The figures of a reconstruction: points, fit, candidates, training, time.
 
@@ -216,6 +216,14 @@ class Report:
             defects = [found.code for found in self.diagnostics if found.is_defect]
             words.append(f"not valid: {' '.join(defects)}")
         return ", ".join(words)
+
+    def __repr__(self) -> str:
+        """Return the main figures in a line."""
+        validity = "valid" if self.valid else "not valid"
+        return (
+            f"Report({self.kind}, {validity}, {self.points} points, "
+            f"net {self.grid[0]} × {self.grid[1]}, rms {self.rms:.4g}, max {self.max:.4g})"
+        )
 
     def __str__(self) -> str:
         """Return the main figures and the diagnostics as a table."""

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from neurbs import _core
+from neurbs.choices import Positions
 from neurbs.errors import argument_error
 from neurbs.som_chunks import ChunkLearner
 from neurbs.som_estimator import Estimator
@@ -19,6 +20,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Lattice = _core.Lattice
+
+InitChoice: TypeAlias = Literal["pca", "geodesic", "auto", "centroid", "densest-cluster", "random"]
+"""A named start of the nodes; see `SelfOrganizingMap`."""
 
 Schedule: TypeAlias = float | tuple[Any, ...] | Callable[[float], float]
 """A gain or radius as a function of the step; see `SelfOrganizingMap`."""
@@ -68,7 +72,8 @@ class SelfOrganizingMap(Estimator, ChunkLearner, TrainedMap):
         the share of the training that is done, from 0 to 1; it is evaluated at 4097 places before
         the training. By default the gain is the paper's, and the radius falls exponentially from a
         quarter of the longer side (at most a sixth of a closed one) to 0.7, or is the paper's for a
-        bubble.
+        bubble. The paper's radius is zero after seven tenths of `max_steps`; with at most as many
+        points as nodes, after 20 presentations of each.
     epochs : int, optional
         Passes over the points, by default 20 in batch training, and given by `max_steps` online.
     max_steps : int, optional
@@ -81,7 +86,8 @@ class SelfOrganizingMap(Estimator, ChunkLearner, TrainedMap):
         Training ends when no node has moved farther than this during an epoch, after the radius
         has become zero or constant; in the points' unit. An epoch of online training has as many
         steps as there are points, at most five for each node. The default is 0.05 of the lattice's
-        mean spacing: the diagonal divided by the square root of the number of nodes.
+        mean spacing: the diagonal divided by the square root of the number of nodes. With the
+        paper's radius and at most as many points as nodes, training ends when no node moves at all.
     seed : int, default 0
         Seed of all random numbers; the same seed gives the same bits, on any number of threads.
 
@@ -133,13 +139,13 @@ class SelfOrganizingMap(Estimator, ChunkLearner, TrainedMap):
         rows: int = 20,
         cols: int = 20,
         *,
-        topology: str = "sheet",
-        lattice: str | Lattice = "quad",
-        training: str = "batch",
-        init: str | ArrayLike = "pca",
-        neighborhood: str = "gaussian",
-        kernel: str | None = None,
-        presentation: str = "random",
+        topology: Literal["sheet", "tube", "torus"] = "sheet",
+        lattice: Literal["quad", "triangular"] | Lattice = "quad",
+        training: Literal["batch", "online"] = "batch",
+        init: InitChoice | Positions = "pca",
+        neighborhood: Literal["gaussian", "bubble"] = "gaussian",
+        kernel: Literal["mean", "linear"] | None = None,
+        presentation: Literal["random", "skip-reached", "shuffled"] = "random",
         gain: Schedule | None = None,
         radius: Schedule | None = None,
         epochs: int | None = None,
@@ -296,7 +302,12 @@ class SelfOrganizingMap(Estimator, ChunkLearner, TrainedMap):
 
         return animate(self, points, path, seconds=seconds)
 
-    def plot(self, points: ArrayLike | None = None, *, color: str | None = None) -> Figure:
+    def plot(
+        self,
+        points: ArrayLike | None = None,
+        *,
+        color: Literal["u-matrix", "hits"] | None = None,
+    ) -> Figure:
         """Draw the map and optionally points: see `neurbs.plot.plot_map`."""
         from neurbs.plot import plot_map
 
@@ -356,10 +367,8 @@ class SelfOrganizingMap(Estimator, ChunkLearner, TrainedMap):
         return {name: getattr(self, name) for name in _core.som_options(paper=False)}
 
     @classmethod
-    def _of_core(cls, trained: _core.Map, **parameters: Any) -> SelfOrganizingMap:
-        """Return a map that the core has trained, with the paper's settings."""
-        rows, cols = trained.lattice.shape
-        settings = _core.som_options(paper=True)
-        som = cls(**({"rows": rows, "cols": cols} | settings | parameters))
+    def _of_core(cls, trained: _core.Map, parameters: dict[str, Any]) -> SelfOrganizingMap:
+        """Return a map that the core has trained with these parameters."""
+        som = cls(**parameters)
         som._map = trained
         return som

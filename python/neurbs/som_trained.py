@@ -80,7 +80,7 @@ class TrainedMap:
         extrapolation: float = 0.75,
         out: NDArray[np.float64] | None = None,
     ) -> NDArray[np.float64]:
-        """Return each point's parameters on the lattice.
+        """Return each point's parameters on the lattice, for `NurbsSurface.fit`.
 
         Each point is projected onto the nearest bilinear cell around its nearest node.
 
@@ -96,7 +96,8 @@ class TrainedMap:
         Returns
         -------
         ndarray of shape (n, 2)
-            (u, v) along rows and columns, in [0, 1]² on the lattice; the period of a closed
+            (u, v) along rows and columns, in [0, 1]². In an open direction 0 and 1 are the ends of
+            the extended lattice, without extrapolation the outermost nodes. The period of a closed
             direction is 1.
         """
         return self._trained().parametrize(points, extrapolation, out)

@@ -49,6 +49,7 @@ impl<'a> HeightField<'a> {
         let turned = |p: &DVec3| DVec3::new(along.dot(*p), across.dot(*p), up.dot(*p));
         let mut local: Vec<DVec3> = points.par_iter().map(turned).collect();
         let is_used = |i: usize| weights.is_none_or(|weights| weights.get(i) != Some(&0.0));
+        let options = options.with_possible_degree();
         let ground = BaseDomain::around(&local, is_used)?;
         let uv: Vec<DVec2> =
             local.par_iter().map(|point| ground.parameters(point.truncate())).collect();

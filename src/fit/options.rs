@@ -53,11 +53,20 @@ pub(super) fn uniform(degree: usize, count: usize, closed: bool) -> Result<KnotV
 pub struct HeightOptions {
     /// Rows and columns of the control net, along the plane's first and second axis.
     pub net: (usize, usize),
-    /// Degrees in u and v.
+    /// Degrees in u and v; lower where the net has too few rows or columns.
     pub degree: (usize, usize),
     /// See [`FitOptions::fairness`]. `None`: the value from 1e-12 to 100 that best predicts points
     /// that were left out.
     pub fairness: Option<f64>,
+}
+
+impl HeightOptions {
+    /// The options with the degrees that the net allows.
+    pub(super) fn with_possible_degree(self) -> Self {
+        let possible = |degree: usize, count: usize| degree.min(count.saturating_sub(1).max(1));
+        let degree = (possible(self.degree.0, self.net.0), possible(self.degree.1, self.net.1));
+        Self { degree, ..self }
+    }
 }
 
 /// Net, degree, fairness and growth of an approximation.

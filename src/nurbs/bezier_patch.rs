@@ -7,6 +7,7 @@ use glam::{DVec2, DVec3, DVec4};
 
 use super::basis::{Row, with_capacity};
 use super::control_net::bounds;
+use super::curve_family::CurveFamily;
 use super::knot_vector::KnotVector;
 use super::partials::Partials;
 use super::surface::NurbsSurface;
@@ -45,6 +46,26 @@ impl BezierPatch {
             rows.flat_map(|i| (0..shape.1).map(move |j| patch(i, j)))
         })?;
         Ok((patches, shape))
+    }
+
+    /// Returns the pieces of a curve as patches of degree 0 in v.
+    pub(super) fn of_curves(
+        curve: &CurveFamily,
+        check_interrupt: &mut InterruptCheck<'_>,
+    ) -> Result<Vec<Self>> {
+        let form = curve.bezier_form(check_interrupt)?;
+        let (degree_u, breaks) = (form.knots.degree(), form.knots.breaks());
+        let (degree_v, v) = (0, (0.0, 1.0));
+        let patch = |(k, ends): (usize, &[f64])| {
+            let net = form.points[k * degree_u..=(k + 1) * degree_u].to_vec();
+            Self { net, degree_u, degree_v, u: (ends[0], ends[1]), v }
+        };
+        Ok(breaks.windows(2).enumerate().map(patch).collect())
+    }
+
+    /// The homogeneous control points, row by row.
+    pub(super) fn net(&self) -> &[DVec4] {
+        &self.net
     }
 
     /// Returns the patch as a surface.
@@ -137,6 +158,30 @@ impl BezierPatch {
             sums[5] += rows[0][k] * along[2];
         }
         Partials::new(sums)
+    }
+
+    /// Evaluates the homogeneous point with its first derivatives at (s, t) in the unit square.
+    pub(super) fn tangents(&self, s: f64, t: f64) -> [DVec4; 3] {
+        let degree = self.degree_u.max(self.degree_v);
+        with_capacity!(degree, CAPACITY => self.tangents_within::<CAPACITY>(s, t))
+    }
+
+    /// The same for degrees below `CAPACITY`.
+    fn tangents_within<const CAPACITY: usize>(&self, s: f64, t: f64) -> [DVec4; 3] {
+        let rows = bernstein::<CAPACITY>(self.degree_u, s);
+        let columns = bernstein::<CAPACITY>(self.degree_v, t);
+        let mut sums = [DVec4::ZERO; 3];
+        for (k, row) in self.net.chunks_exact(self.degree_v + 1).enumerate() {
+            let mut along = [DVec4::ZERO; 2];
+            for (l, point) in row.iter().enumerate() {
+                along[0] += columns[0][l] * *point;
+                along[1] += columns[1][l] * *point;
+            }
+            sums[0] += rows[0][k] * along[0];
+            sums[1] += rows[1][k] * along[0];
+            sums[2] += rows[0][k] * along[1];
+        }
+        sums
     }
 
     /// Sums the rows of the net weighted by `factors`: the control points of an isocurve.

@@ -2,9 +2,11 @@
 
 use glam::DAffine3;
 
+use super::bezier_patch::BezierPatch;
 use super::compatible::unify_degrees;
 use super::curve::NurbsCurve;
 use super::curve_family::CurveFamily;
+use super::patch_distance::check_distance;
 use super::split_join::joined;
 use super::surface_algebra::check_tolerance;
 use super::work_blocks::interrupt_check;
@@ -104,7 +106,12 @@ impl NurbsCurve {
     ) -> Result<Self> {
         check_tolerance(tolerance)?;
         self.map_family(observer, |family, check_interrupt| {
-            family.reduced(times, tolerance, check_interrupt)
+            let reduced = family.reduced(times, check_interrupt)?;
+            let back = reduced.elevated(times, check_interrupt)?;
+            let original = BezierPatch::of_curves(family, check_interrupt)?;
+            let changed = BezierPatch::of_curves(&back, check_interrupt)?;
+            check_distance(original.into_iter().zip(changed), tolerance, check_interrupt)?;
+            Ok(reduced)
         })
     }
 

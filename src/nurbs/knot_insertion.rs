@@ -5,7 +5,7 @@ use glam::DVec4;
 use super::curve_family::{CurveFamily, concat_rows};
 use super::knot_vector::KnotVector;
 use super::work_blocks::row_ranges;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::memory;
 use crate::progress::InterruptCheck;
 
@@ -55,14 +55,61 @@ impl CurveFamily {
     ///
     /// # Errors
     ///
-    /// [`crate::Error::Parameter`] if a knot is not strictly inside the domain,
-    /// [`crate::Error::Knots`] if the multiplicity of one would exceed the degree.
+    /// [`crate::Error::Parameter`] if a knot is not in the domain, [`crate::Error::Knots`] if the
+    /// multiplicity of one would exceed the degree.
     pub(super) fn refined(
         &self,
         knots: &[f64],
         check_interrupt: &mut InterruptCheck<'_>,
     ) -> Result<Self> {
-        knots.iter().try_for_each(|&knot| self.check_inside("knots", knot))?;
+        let (start, end) = self.knots.domain();
+        if let Some(outside) = knots.iter().find(|knot| !(start..=end).contains(*knot)) {
+            let must = format!("in the domain [{start}, {end}]");
+            return Err(Error::parameter("knots", must, outside));
+        }
+        let at = |place: f64| knots.iter().filter(|knot| **knot == place).count();
+        let inside: Vec<f64> =
+            knots.iter().copied().filter(|&knot| start < knot && knot < end).collect();
+        self.refined_inside(&inside, check_interrupt)?
+            .refined_at_start(at(start), check_interrupt)?
+            .refined_at_end(at(end), check_interrupt)
+    }
+
+    /// Inserts a knot at the start of the domain several times.
+    fn refined_at_start(
+        self,
+        times: usize,
+        check_interrupt: &mut InterruptCheck<'_>,
+    ) -> Result<Self> {
+        let (start, degree) = (self.knots.domain().0, self.knots.degree());
+        let multiplicity = self.knots.multiplicity(start) + times;
+        if times > 0 && multiplicity > degree {
+            let got = format!("{start} would have multiplicity {multiplicity}");
+            let must = "repeat no knot more than degree times";
+            return Err(Error::Knots { degree, must, got });
+        }
+        (0..times).try_fold(self, |family, _| family.with_knot(start, check_interrupt))
+    }
+
+    /// Inserts a knot at the end of the domain several times.
+    fn refined_at_end(
+        self,
+        times: usize,
+        check_interrupt: &mut InterruptCheck<'_>,
+    ) -> Result<Self> {
+        if times == 0 {
+            return Ok(self);
+        }
+        let mirrored = self.mirrored(check_interrupt)?;
+        mirrored.refined_at_start(times, check_interrupt)?.mirrored(check_interrupt)
+    }
+
+    /// Inserts knots strictly inside the domain.
+    fn refined_inside(
+        &self,
+        knots: &[f64],
+        check_interrupt: &mut InterruptCheck<'_>,
+    ) -> Result<Self> {
         if knots.is_empty() {
             return self.copied(check_interrupt);
         }

@@ -8,6 +8,9 @@ use super::work_blocks::{interrupt_check, row_ranges};
 use crate::error::{Error, Result};
 use crate::progress::{InterruptCheck, Observer};
 
+/// The ends of a closed polygon coincide if their distance is below this fraction of its length.
+const COINCIDENCE: f64 = 1e-9;
+
 /// The method that assigns parameters to the points of a grid (The NURBS Book, section 9.2.1).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Parametrization {
@@ -149,6 +152,10 @@ pub(super) fn row_parameters(
     let rows = points.len() / width;
     let count = rows - usize::from(!closed);
     let point_at = |row: usize, column: usize| points[row % rows * width + column];
+    if closed && repeats_first_row(points, width) {
+        let got = "the first one again at the end: leave it out".to_string();
+        return Err(Error::parameter(name, "listed once in a closed direction", got));
+    }
     let step_length = |row: usize, column: usize| {
         let distance = point_at(row, column).distance(point_at(row + 1, column));
         match parametrization {
@@ -191,6 +198,21 @@ pub(super) fn row_parameters(
             Err(Error::parameter(name, "different from their neighbors", got))
         }
     }
+}
+
+/// Whether the last row of points equals the first up to rounding, in all columns.
+fn repeats_first_row(points: &[DVec3], width: usize) -> bool {
+    let rows = points.len() / width;
+    let last = (rows - 1) * width;
+    let mut is_point = true;
+    let equal = (0..width).all(|j| {
+        let steps = (1..rows).map(|i| points[i * width + j].distance(points[(i - 1) * width + j]));
+        let length: f64 = steps.sum();
+        is_point &= length == 0.0;
+        points[last + j].distance(points[j]) <= COINCIDENCE * length
+    });
+    // Rows that are all the same have another error.
+    equal && !is_point
 }
 
 /// In a closed direction of even degree, shifts the parameters so that 0 is halfway between two of

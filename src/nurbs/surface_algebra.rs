@@ -4,17 +4,19 @@ use std::borrow::Cow;
 
 use glam::DAffine3;
 
+use super::bezier_patch::BezierPatch;
 use super::control_net::{coincidence_tolerance, rows_coincide};
 use super::curve_family::CurveFamily;
 use super::direction::Direction;
+use super::patch_distance::check_distance;
 use super::surface::NurbsSurface;
 use super::work_blocks::interrupt_check;
 use crate::error::{Error, Result};
 use crate::progress::{InterruptCheck, Observer};
 
 impl NurbsSurface {
-    /// Inserts knots, each strictly inside the domain, without changing the surface (The NURBS
-    /// Book, A5.4).
+    /// Inserts knots of the domain without changing the surface (The NURBS Book, A5.4). Knots at
+    /// the ends of the domain are possible where it is not clamped.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::{Direction, NurbsSurface}, progress::Silent};
@@ -28,7 +30,7 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// - [`Error::Parameter`] if a knot is not strictly inside the domain.
+    /// - [`Error::Parameter`] if a knot is not in the domain.
     /// - [`Error::Knots`] if the multiplicity of one would exceed the degree.
     /// - [`Error::Interrupted`] if the observer stops it.
     pub fn insert_knots(
@@ -118,13 +120,13 @@ impl NurbsSurface {
         observer: &mut dyn Observer,
     ) -> Result<Self> {
         check_tolerance(tolerance)?;
-        // Both steps may move a point, so each gets half of the tolerance.
-        let share = if u > 0 && v > 0 { tolerance / 2.0 } else { tolerance };
-        self.in_changed_directions(
-            [u, v],
-            &mut interrupt_check(observer),
-            |family, times, check_interrupt| family.reduced(times, share, check_interrupt),
-        )
+        let check_interrupt = &mut interrupt_check(observer);
+        let reduced = self.in_changed_directions([u, v], check_interrupt, CurveFamily::reduced)?;
+        let back = reduced.in_changed_directions([u, v], check_interrupt, CurveFamily::elevated)?;
+        let (original, _) = BezierPatch::of(self, check_interrupt)?;
+        let (changed, _) = BezierPatch::of(&back, check_interrupt)?;
+        check_distance(original.into_iter().zip(changed), tolerance, check_interrupt)?;
+        Ok(reduced)
     }
 
     /// Applies `f` first in u and then in v, in each direction whose degree changes.

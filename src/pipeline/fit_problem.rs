@@ -144,7 +144,9 @@ impl FitProblem<'_> {
         let fitted = if self.heights.is_some() {
             self.fit_heights(weights, observer)?
         } else {
-            let uv = map.map.parametrize(self.points, SETTINGS.extrapolation, observer)?;
+            let mut uv = Vec::with_capacity(self.points.len());
+            let take = |places: &[DVec2]| uv.extend_from_slice(places);
+            map.map.lattice_places(self.points, SETTINGS.extrapolation, observer, take)?;
             self.fit_sheet(&bounded(&uv, self.kind.closed()), weights, observer)?
         };
         Ok(self.grow(fitted, &|_, _| Ok(true), observer)?.0)

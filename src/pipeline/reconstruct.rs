@@ -79,7 +79,7 @@ fn finish(
     let measured = PointDeviations::of(points, ranked.cloud, &fit, &surface, closed, observer)?;
     let mut diagnostics = defects;
     diagnostics.extend(diagnose(points, &ranked, options, kind, &fit, &measured));
-    let som = map.in_given_frame(&frame, observer)?;
+    let (som, som_options) = map.in_given_frame(&frame, observer)?;
     ranked.times.end_stage("measure");
 
     let observer: &mut dyn Observer = &mut Phase::Trim.observed(points.len(), sampled, observer);
@@ -101,5 +101,6 @@ fn finish(
     };
     let report = Report::of(findings, ranked, options.tolerance);
     let PointDeviations { uv, deviations, inliers } = measured;
-    Ok(Reconstruction { surface, shell: trimmed.shell, som, uv, deviations, inliers, report })
+    let shell = trimmed.shell;
+    Ok(Reconstruction { surface, shell, som, som_options, uv, deviations, inliers, report })
 }

@@ -90,7 +90,14 @@ fn run(
     observer: &mut dyn Observer,
 ) -> Result<Reconstruction> {
     let mut times = StageTimes::start();
-    let som = train(points, bounds, options, observer)?;
+    let som_options = SomOptions {
+        seed: options.seed,
+        max_steps: options.max_steps,
+        reach: options.reach,
+        min_change: options.min_change,
+        ..SomOptions::paper()
+    };
+    let som = train(points, bounds, options, &som_options, observer)?;
     let quantization_error = som.quantization_error(points, observer)?;
     times.end_stage("train");
     let surface = options.surface.through(som.codebook(), som.lattice.shape(), options.degree)?;
@@ -126,7 +133,7 @@ fn run(
     };
     let inliers = vec![true; points.len()];
     let shell = Shell::whole(surface.clone())?;
-    Ok(Reconstruction { surface, shell, som, uv, deviations, inliers, report })
+    Ok(Reconstruction { surface, shell, som, som_options, uv, deviations, inliers, report })
 }
 
 /// Trains the network on the points.
@@ -134,6 +141,7 @@ fn train(
     points: &[DVec3],
     bounds: &Bounds,
     options: &PaperOptions,
+    som_options: &SomOptions,
     observer: &mut dyn Observer,
 ) -> Result<SelfOrganizingMap> {
     let lattice = match options.grid {
@@ -145,12 +153,5 @@ fn train(
         None => Lattice::for_points(points.len()),
     };
     options.surface.check_shape(lattice.shape())?;
-    let som_options = SomOptions {
-        seed: options.seed,
-        max_steps: options.max_steps,
-        reach: options.reach,
-        min_change: options.min_change,
-        ..SomOptions::paper()
-    };
-    SelfOrganizingMap::fit_within(bounds, points, lattice, &som_options, observer)
+    SelfOrganizingMap::fit_within(bounds, points, lattice, som_options, observer)
 }

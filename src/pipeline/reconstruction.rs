@@ -8,7 +8,7 @@ use crate::error::Result;
 use crate::mesh::{TessellateOptions, TriangleMesh};
 use crate::nurbs::NurbsSurface;
 use crate::progress::Observer;
-use crate::som::SelfOrganizingMap;
+use crate::som::{SelfOrganizingMap, SomOptions};
 
 /// The result of [`reconstruct`](super::reconstruct), in the points' own frame and unit.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,6 +20,8 @@ pub struct Reconstruction {
     pub shell: Shell,
     /// The trained map.
     pub som: SelfOrganizingMap,
+    /// The options that the map was trained with, lengths in the points' unit.
+    pub som_options: SomOptions,
     /// Parameters of each point's projection onto the surface.
     pub uv: Vec<DVec2>,
     /// Each point's distance from its projection, in the points' unit.

@@ -20,7 +20,6 @@ use crate::fit::{EndedBy, MAD_TO_DEVIATION, isocurve_lengths};
 use crate::numeric::rms;
 use crate::nurbs::{NurbsSurface, Outside};
 use crate::progress::{Observer, Silent};
-use crate::som::Init as MapInit;
 use crate::validate::{Comparison, DefectSettings, defects};
 
 const SETTINGS: SelectionSettings = SelectionSettings::STANDARD;
@@ -205,7 +204,7 @@ pub(super) fn refine_from_nodes(
     let observer: &mut dyn Observer = &mut observer;
     let nodes = nodes.iter().map(|node| frame.to_local(*node)).collect();
     let lattice = lattice(shape, kind)?;
-    let map = TrainedMap::train(&ranked.cloud.points, lattice, MapInit::Given(nodes), observer)?;
+    let map = TrainedMap::train(&ranked.cloud.points, lattice, nodes, observer)?;
     let lengths = [shape.0 as f64, shape.1 as f64];
     let heights = (kind == Kind::Height)
         .then(|| DVec3::AXES.map(|axis| frame.direction_to_local(axis).normalize()));

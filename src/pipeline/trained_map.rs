@@ -13,10 +13,11 @@ use crate::som::{Cells, Init, Kernel, Lattice, Schedule, SelfOrganizingMap, SomO
 
 const SETTINGS: MapSettings = MapSettings::STANDARD;
 
-/// A trained map with the points that it was trained on.
+/// A trained map with the points and the nodes that its training started with.
 pub(super) struct TrainedMap {
     pub(super) map: SelfOrganizingMap,
     sample: Vec<DVec3>,
+    start: Vec<DVec3>,
 }
 
 impl TrainedMap {
@@ -42,50 +43,53 @@ impl TrainedMap {
         let uv: Vec<DVec2> = (0..rows * cols).map(place).collect();
         let mut nodes = vec![DVec3::ZERO; uv.len()];
         surface.evaluate(&uv, &mut nodes, Outside::Refuse, observer)?;
-        Self::train(points, lattice, Init::Given(nodes), observer)
+        Self::train(points, lattice, nodes, observer)
     }
 
-    /// Trains a map from any start.
+    /// Trains a map from these nodes.
     pub(super) fn train(
         points: &[DVec3],
         lattice: Lattice,
-        init: Init,
+        start: Vec<DVec3>,
         observer: &mut dyn Observer,
     ) -> Result<Self> {
         let sample = items_at(points, &even_sample(points, SETTINGS.max_points));
-        let radius =
-            Schedule::Exponential { start: SETTINGS.start_radius, end: SETTINGS.end_radius };
-        let options = SomOptions {
-            init,
-            kernel: Some(Kernel::Linear),
-            radius: Some(radius),
-            epochs: Some(SETTINGS.epochs),
-            min_change: Some(f64::MIN_POSITIVE),
-            ..SomOptions::default()
-        };
-        let map = SelfOrganizingMap::fit(&sample, lattice, &options, observer)?;
-        Ok(Self { map, sample })
+        let map = SelfOrganizingMap::fit(&sample, lattice, &options(start.clone()), observer)?;
+        Ok(Self { map, sample, start })
     }
 
-    /// The map in the frame of the given points, with the state that training there would leave.
+    /// The map in the frame of the given points, with the state that training there would leave,
+    /// and the options of that training.
     pub(super) fn in_given_frame(
         &self,
         frame: &Frame,
         observer: &mut dyn Observer,
-    ) -> Result<SelfOrganizingMap> {
+    ) -> Result<(SelfOrganizingMap, SomOptions)> {
         let given = |points: &[DVec3]| -> Vec<DVec3> {
             points.iter().map(|&point| frame.to_given(point)).collect()
         };
-        let init = Init::Given(given(&self.map.codebook()));
-        let options = SomOptions { init, ..SomOptions::default() };
+        let ended = options(given(&self.map.codebook()));
         let (sample, lattice) = (given(&self.sample), self.map.lattice.clone());
-        let mut own = SelfOrganizingMap::new(&sample, lattice, &options, observer)?;
+        let mut own = SelfOrganizingMap::new(&sample, lattice, &ended, observer)?;
         own.steps = self.map.steps;
         own.stopped_by = self.map.stopped_by;
         own.reached = self.map.reached;
         own.change = self.map.change.map(|change| frame.length_to_given(change));
         own.error = self.map.error.map(|error| frame.length_to_given(error));
-        Ok(own)
+        Ok((own, options(given(&self.start))))
+    }
+}
+
+/// The options of a training that starts with these nodes, which are in order.
+fn options(start: Vec<DVec3>) -> SomOptions {
+    let radius = Schedule::Exponential { start: SETTINGS.start_radius, end: SETTINGS.end_radius };
+    SomOptions {
+        init: Init::Given(start),
+        kernel: Some(Kernel::Linear),
+        radius: Some(radius),
+        epochs: Some(SETTINGS.epochs),
+        min_change: Some(f64::MIN_POSITIVE),
+        ..SomOptions::default()
     }
 }
 

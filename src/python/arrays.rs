@@ -31,6 +31,15 @@ impl<'py> Numbers<'py> {
         expected: &str,
         shapes: &[&[Option<usize>]],
     ) -> PyResult<Self> {
+        Self::converted(value, (name, expected), Some(shapes))
+    }
+
+    /// Converts an array of real numbers; without `shapes` it may have any shape.
+    fn converted(
+        value: &Bound<'py, PyAny>,
+        (name, expected): (&str, &str),
+        shapes: Option<&[&[Option<usize>]]>,
+    ) -> PyResult<Self> {
         let fail =
             |got: String| argument_error(name, format!("{name} must be {expected}, got {got}"));
         let numpy = value.py().import("numpy")?;
@@ -62,7 +71,7 @@ impl<'py> Numbers<'py> {
             shape.len() == array.ndim()
                 && extents.into_iter().all(|(want, is)| want.is_none_or(|n| n == *is))
         };
-        if !shapes.iter().any(fits) {
+        if shapes.is_some_and(|shapes| !shapes.iter().any(fits)) {
             return Err(fail(format!("shape {}", array.as_any().getattr("shape")?)));
         }
         let requirements = ("float64", ["C_CONTIGUOUS", "ALIGNED"]);
@@ -87,6 +96,42 @@ impl<'py> Numbers<'py> {
     /// Surface parameters of shape (n, 2).
     pub(super) fn parameters(value: &Bound<'py, PyAny>) -> PyResult<Self> {
         Self::new(value, "uv", "real numbers of shape (n, 2)", &[&[None, Some(2)]])
+    }
+
+    /// Real numbers of any shape.
+    pub(super) fn of_any_shape(value: &Bound<'py, PyAny>, name: &str) -> PyResult<Self> {
+        Self::converted(value, (name, "real numbers"), None)
+    }
+
+    /// Two arrays of real numbers of any shape, broadcast to a common one.
+    pub(super) fn broadcast(
+        values: [&Bound<'py, PyAny>; 2],
+        names: [&str; 2],
+    ) -> PyResult<[Self; 2]> {
+        let take = |k: usize, value: &Bound<'py, PyAny>| Self::of_any_shape(value, names[k]);
+        let (first, second) = (take(0, values[0])?, take(1, values[1])?);
+        if first.shape() == second.shape() {
+            return Ok([first, second]);
+        }
+        let (a, b) = (first.0.as_any(), second.0.as_any());
+        let arrays = values[0].py().import("numpy")?.call_method1("broadcast_arrays", (a, b));
+        let Ok(arrays) = arrays else {
+            let ([x, y], a, b) = (names, a.getattr("shape")?, b.getattr("shape")?);
+            let message = format!("{x} and {y} must have shapes that broadcast, got {a} and {b}");
+            return Err(argument_error(y, message));
+        };
+        Ok([take(0, &arrays.get_item(0)?)?, take(1, &arrays.get_item(1)?)?])
+    }
+
+    /// Surface parameters of shape (n, 2), or (2,) for one place.
+    pub(super) fn places(value: &Bound<'py, PyAny>) -> PyResult<Self> {
+        let expected = "real numbers of shape (n, 2), or (2,) for one place";
+        Self::new(value, "uv", expected, &[&[None, Some(2)], &[Some(2)]])
+    }
+
+    /// Numbers of shape (n,), or one number.
+    pub(super) fn one_or_more(value: &Bound<'py, PyAny>, name: &str) -> PyResult<Self> {
+        Self::new(value, name, "real numbers of shape (n,), or one number", &[&[None], &[]])
     }
 
     /// Numbers of shape (n,).

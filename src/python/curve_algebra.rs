@@ -31,7 +31,8 @@ impl NurbsCurve {
     /// Parameters
     /// ----------
     /// knots : array_like of shape (n,)
-    ///     New knots strictly inside the domain; repeat a knot to insert it several times.
+    ///     New knots in the domain; repeat a knot to insert it several times. Knots at the ends of
+    ///     the domain are possible where it is not clamped.
     ///
     /// Returns
     /// -------
@@ -102,7 +103,7 @@ impl NurbsCurve {
     /// Parameters
     /// ----------
     /// times : int, default 1
-    ///     Number of degrees to add. The result may not exceed 9.
+    ///     Number of degrees to add. The result may not exceed 25.
     ///
     /// Returns
     /// -------
@@ -112,7 +113,7 @@ impl NurbsCurve {
     /// Raises
     /// ------
     /// NeurbsError
-    ///     If the degree would exceed 9.
+    ///     If the degree would exceed 25.
     ///
     /// Notes
     /// -----

@@ -20,7 +20,8 @@ pub(super) fn outside(extrapolate: bool) -> Outside {
 pub(super) type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 
 impl NurbsSurface {
-    /// Evaluates vectors at parameters, an array of `shape` for each, into `out` or a new array.
+    /// Evaluates vectors at parameters, an array of `shape` for each, into `out` or a new array. One
+    /// place has the array alone.
     fn map<'py>(
         &self,
         uv: &Bound<'py, PyAny>,
@@ -30,8 +31,9 @@ impl NurbsSurface {
         + Send,
     ) -> PyResult<Array<'py>> {
         let py = uv.py();
-        let uv = Numbers::parameters(uv)?;
-        let result = arrays::output(py, out, &[&uv.shape()[..1], shape, &[3]].concat())?;
+        let uv = Numbers::places(uv)?;
+        let places = &uv.shape()[..uv.shape().len() - 1];
+        let result = arrays::output(py, out, &[places, shape, &[3]].concat())?;
         let (core, uv) = (self.core(), uv.as_slice()?);
         let mut writable = arrays::writable(&result)?;
         let out = bytemuck::cast_slice_mut(writable.as_slice_mut()?);
@@ -47,16 +49,16 @@ impl NurbsSurface {
     ///
     /// Parameters
     /// ----------
-    /// uv : array_like of shape (n, 2)
+    /// uv : array_like of shape (n, 2), or (2,) for one place
     ///     Parameters inside the domain.
     /// extrapolate : bool, default False
     ///     Whether to extend the outermost patches to parameters outside the domain.
-    /// out : ndarray of shape (n, 3), optional
+    /// out : ndarray of shape (n, 3), or (3,) for one place, optional
     ///     Where to write the result: float64, C-contiguous.
     ///
     /// Returns
     /// -------
-    /// ndarray of shape (n, 3)
+    /// ndarray of shape (n, 3), or (3,) for one place
     ///     ``out``, or a new array.
     ///
     /// Raises
@@ -71,6 +73,8 @@ impl NurbsSurface {
     /// >>> surface.evaluate([[0.5, 0.5], [1, 1]])
     /// array([[0.5 , 0.5 , 0.25],
     ///        [1.  , 1.  , 1.  ]])
+    /// >>> surface.evaluate([0.5, 0.5])
+    /// array([0.5 , 0.5 , 0.25])
     #[pyo3(signature = (uv, *, extrapolate=false, out=None))]
     fn evaluate<'py>(
         &self,
@@ -82,6 +86,50 @@ impl NurbsSurface {
         self.map(uv, &[], out, |core, uv, out, watcher| core.evaluate(uv, out, outside, watcher))
     }
 
+    /// Evaluate points of the surface; ``u`` and ``v`` broadcast.
+    ///
+    /// Parameters
+    /// ----------
+    /// u, v : float or array_like
+    ///     Parameters inside the domain.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray of shape (..., 3)
+    ///     A point for each pair of the broadcast parameters; of shape (3,) for two numbers.
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If a parameter lies outside the domain, or the shapes do not broadcast.
+    ///
+    /// See Also
+    /// --------
+    /// NurbsSurface.evaluate_grid : Faster for all pairs of ``u`` and ``v``.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> surface = neurbs.NurbsSurface([[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]], degree=1)
+    /// >>> surface(0.5, 0.5)
+    /// array([0.5 , 0.5 , 0.25])
+    /// >>> surface([0.5, 1], 1)
+    /// array([[0.5, 1. , 0.5],
+    ///        [1. , 1. , 1. ]])
+    fn __call__<'py>(&self, u: &Bound<'py, PyAny>, v: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
+        let py = u.py();
+        let [u, v] = Numbers::broadcast([u, v], ["u", "v"])?;
+        let pairs = u.as_slice()?.iter().zip(v.as_slice::<f64>()?);
+        let uv: Vec<DVec2> = pairs.map(|(&u, &v)| DVec2::new(u, v)).collect();
+        let result = arrays::output(py, None, &[u.shape(), &[3]].concat())?;
+        let mut writable = arrays::writable(&result)?;
+        let points = bytemuck::cast_slice_mut(writable.as_slice_mut()?);
+        let core = self.core();
+        call::run(py, None, |watcher| core.evaluate(&uv, points, Outside::Refuse, watcher))?;
+        drop(writable);
+        Ok(result)
+    }
+
     /// Evaluate unit normals in the direction of ∂/∂u × ∂/∂v at scattered parameters.
     ///
     /// Where a tangent vanishes (a pole, a collapsed edge), the normal is the limit from the middle
@@ -89,16 +137,16 @@ impl NurbsSurface {
     ///
     /// Parameters
     /// ----------
-    /// uv : array_like of shape (n, 2)
+    /// uv : array_like of shape (n, 2), or (2,) for one place
     ///     Parameters inside the domain.
     /// extrapolate : bool, default False
     ///     Whether to extend the outermost patches to parameters outside the domain.
-    /// out : ndarray of shape (n, 3), optional
+    /// out : ndarray of shape (n, 3), or (3,) for one place, optional
     ///     Where to write the result: float64, C-contiguous.
     ///
     /// Returns
     /// -------
-    /// ndarray of shape (n, 3)
+    /// ndarray of shape (n, 3), or (3,) for one place
     ///     ``out``, or a new array.
     ///
     /// Raises
@@ -129,7 +177,7 @@ impl NurbsSurface {
     ///
     /// Parameters
     /// ----------
-    /// uv : array_like of shape (n, 2)
+    /// uv : array_like of shape (n, 2), or (2,) for one place
     ///     Parameters inside the domain.
     /// order : int, default 1
     ///     Highest order of differentiation in each direction, at most 18.
@@ -140,7 +188,7 @@ impl NurbsSurface {
     ///
     /// Returns
     /// -------
-    /// ndarray of shape (n, order + 1, order + 1, 3)
+    /// ndarray of shape (n, order + 1, order + 1, 3), or without n for one place
     ///     At ``[:, i, j]`` the i-th derivative in u and j-th in v; the points at ``[:, 0, 0]``.
     ///
     /// Raises

@@ -49,12 +49,14 @@ impl HeightFit {
 /// up : array_like of shape (3,), default (0, 0, 1)
 ///     Direction of the heights, of any length.
 /// degree : int or (int, int), default 3
-///     Degrees in u and v.
+///     Degrees in u and v; lower where the net has too few rows or columns.
 /// weights : array_like of shape (n,), optional
 ///     Weight of each squared height residual, at least 0.
 /// fairness : float, optional
-///     Weight of the thin-plate energy, as in `NurbsSurface.fit`. By default chosen among seven
-///     values from 1e-10 to 1 by four-fold cross-validation.
+///     Weight of the fairness energy: 1 makes it as important as all points together. The energy
+///     sums squared third derivatives, or second ones where points are few. By default the weight
+///     from 1e-12 to 100 that best predicts left-out points, by cross-validation in steps of half a
+///     decade.
 ///
 /// Returns
 /// -------

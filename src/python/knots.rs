@@ -60,8 +60,8 @@ impl NurbsSurface {
     /// Parameters
     /// ----------
     /// u, v : array_like of shape (n,), optional
-    ///     New knots strictly inside the domain, in any order; repeat a knot to insert it several
-    ///     times.
+    ///     New knots in the domain, in any order; repeat a knot to insert it several times. Knots
+    ///     at the ends of the domain are possible where it is not clamped.
     ///
     /// Returns
     /// -------
@@ -164,7 +164,7 @@ impl NurbsSurface {
     /// Parameters
     /// ----------
     /// u, v : int, default 0
-    ///     Numbers of degrees to add. No degree may exceed 9.
+    ///     Numbers of degrees to add. No degree may exceed 25.
     ///
     /// Returns
     /// -------
@@ -175,7 +175,7 @@ impl NurbsSurface {
     /// Raises
     /// ------
     /// NeurbsError
-    ///     If a degree would exceed 9.
+    ///     If a degree would exceed 25.
     ///
     /// See Also
     /// --------
@@ -236,8 +236,8 @@ impl NurbsSurface {
     ///
     /// Notes
     /// -----
-    /// Least squares on the control points, one degree at a time. The result is raised again for
-    /// comparison with the original.
+    /// Least squares on the control points, one degree at a time. The distance from the original is
+    /// measured by branch and bound over Bézier patches, at the same parameters, to 0.1 %.
     ///
     /// Examples
     /// --------

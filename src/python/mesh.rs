@@ -3,17 +3,20 @@
 use std::sync::OnceLock;
 
 use numpy::ndarray::{Ix1, Ix2};
-use numpy::{PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArray2};
+use numpy::{PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::arrays::{self, Numbers};
 use super::call;
+use super::errors::NeurbsError;
 use super::save::save;
 use crate::error::Result;
 use crate::mesh::{
     self, DistanceSearch, MeshSlices, MeshView, TessellateOptions, Tessellation, UniformGrid,
 };
+use crate::numeric::Short;
 use crate::nurbs::NurbsSurface;
 
 /// A triangle mesh of a surface, with a normal and surface parameters at each vertex.
@@ -27,7 +30,7 @@ use crate::nurbs::NurbsSurface;
 /// >>> surface = neurbs.NurbsSurface([[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]], degree=1)
 /// >>> mesh = surface.tessellate(shape=(3, 4))
 /// >>> mesh
-/// TriangleMesh(12 vertices, 12 triangles)
+/// TriangleMesh(12 vertices, 12 triangles, grid 3 × 4)
 /// >>> mesh.vertices[-1]
 /// array([1., 1., 1.])
 #[pyclass(frozen, module = "neurbs")]
@@ -150,8 +153,7 @@ impl TriangleMesh {
 
     pub(super) fn arrays<'py>(&self, py: Python<'py>) -> PyResult<Arrays<'py>> {
         let readonly = |array: &Py<PyArray2<f64>>| array.bind(py).try_readonly();
-        let held =
-            |error: numpy::BorrowError| super::errors::NeurbsError::new_err(error.to_string());
+        let held = |error: numpy::BorrowError| NeurbsError::new_err(error.to_string());
         Ok(Arrays {
             vertices: readonly(&self.vertices).map_err(held)?,
             triangles: self.triangles.bind(py).try_readonly().map_err(held)?,
@@ -369,8 +371,58 @@ impl TriangleMesh {
         Ok(mesh)
     }
 
+    /// Make a mesh from its arrays, for pickles and copies.
+    #[staticmethod]
+    #[pyo3(name = "_of_arrays")]
+    #[expect(clippy::too_many_arguments, reason = "one for each array and number of a mesh")]
+    fn of_arrays(
+        py: Python<'_>,
+        vertices: &Bound<'_, PyAny>,
+        normals: &Bound<'_, PyAny>,
+        uv: &Bound<'_, PyAny>,
+        triangles: PyReadonlyArray2<'_, u32>,
+        face_index: Option<PyReadonlyArray1<'_, u32>>,
+        max_deviation: Option<f64>,
+        grid: Option<(usize, usize)>,
+    ) -> PyResult<Self> {
+        let vertices = Numbers::points(vertices, "vertices")?;
+        let count = vertices.shape()[0];
+        let of_vertices = |width| format!("real numbers of shape ({count}, {width})");
+        let shape = |width| [Some(count), Some(width)];
+        let normals = Numbers::new(normals, "normals", &of_vertices(3), &[&shape(3)])?;
+        let uv = Numbers::new(uv, "uv", &of_vertices(2), &[&shape(2)])?;
+        let triangles: &[[u32; 3]] = bytemuck::cast_slice(triangles.as_slice()?);
+        if triangles.as_flattened().iter().any(|&vertex| vertex as usize >= count) {
+            return Err(NeurbsError::new_err("triangles must have indices of vertices"));
+        }
+        let mesh = mesh::TriangleMesh {
+            vertices: vertices.as_slice()?.to_vec(),
+            triangles: triangles.to_vec(),
+            normals: normals.as_slice()?.to_vec(),
+            uv: uv.as_slice()?.to_vec(),
+            max_deviation,
+        };
+        let faces =
+            face_index.map(|faces| Ok::<_, PyErr>(faces.as_slice()?.to_vec())).transpose()?;
+        Ok(Self { grid, ..Self::of_core(py, mesh, faces)? })
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let (py, mesh) = (slf.py(), slf.get());
+        let (normals, uv) = (mesh.normals(py)?, mesh.uv(py)?);
+        let (triangles, faces) = (mesh.triangles(py)?, mesh.face_index(py)?);
+        let (deviation, grid) = (mesh.max_deviation, mesh.grid);
+        let arguments = (mesh.vertices(py)?, normals, uv, triangles, faces, deviation, grid);
+        (slf.get_type().getattr("_of_arrays")?, arguments).into_bound_py_any(py)
+    }
+
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let (vertices, triangles) = (self.vertices.bind(py).len()?, self.triangles.bind(py).len()?);
-        Ok(format!("TriangleMesh({vertices} vertices, {triangles} triangles)"))
+        let deviation = match (self.grid, self.max_deviation) {
+            (Some((rows, cols)), _) => format!(", grid {rows} × {cols}"),
+            (None, Some(deviation)) => format!(", max deviation {}", Short(deviation)),
+            (None, None) => String::new(),
+        };
+        Ok(format!("TriangleMesh({vertices} vertices, {triangles} triangles{deviation})"))
     }
 }

@@ -18,6 +18,7 @@ mod curve;
 mod curve_algebra;
 mod curve_construction;
 mod curve_evaluation;
+mod curve_points;
 mod curve_splitting;
 mod diagnostics;
 mod epoch;
@@ -29,6 +30,7 @@ mod face;
 mod face_measures;
 mod face_points;
 mod height_fit;
+mod heights;
 mod kind;
 mod knots;
 mod lattice;
@@ -69,6 +71,8 @@ mod _core {
     use super::curvature::Curvatures;
     #[pymodule_export]
     use super::curve::NurbsCurve;
+    #[pymodule_export]
+    use super::curve_points::CurvePoints;
     #[pymodule_export]
     use super::diagnostics::{candidates, validate};
     #[pymodule_export]

@@ -13,7 +13,7 @@ use super::kind::{kind_name, named_kind};
 use super::shell::Shell;
 use super::som::Map;
 use super::surface::NurbsSurface;
-use super::{arguments, arrays, call, diagnostics};
+use super::{arguments, arrays, call, diagnostics, som_options};
 use crate::error::Result;
 use crate::nurbs::OrderedSurface;
 use crate::pipeline::{
@@ -124,6 +124,7 @@ fn run(
         Ok((result, recorder.into_history()))
     })?;
     let report = report(py, &result.report)?;
+    report.set_item("som", som_options::settings(py, &result.som.lattice, &result.som_options)?)?;
     let som = Map::of_core(result.som);
     let count = result.deviations.len();
     let uv = arrays::moved(py, &[count, 2], result.uv)?;

@@ -1,12 +1,16 @@
 //! Python's keyword arguments as training options, and back.
 
+use numpy::ndarray::Ix3;
+use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
 use super::arguments;
-use super::arrays::Numbers;
+use super::arrays::{self, Numbers};
 use super::errors::bad_argument;
-use crate::som::{Init, Kernel, Neighborhood, Presentation, Schedule, SomOptions, Training};
+use crate::som::{
+    Cells, Init, Kernel, Lattice, Neighborhood, Presentation, Schedule, SomOptions, Training,
+};
 
 /// Number of samples of a callable schedule. Linear interpolation between them differs from a
 /// smooth curve by less than a millionth of its range.
@@ -57,15 +61,38 @@ pub(super) fn options(values: &Bound<'_, PyDict>) -> PyResult<SomOptions> {
 #[pyfunction]
 pub(super) fn som_options(py: Python<'_>, paper: bool) -> PyResult<Bound<'_, PyDict>> {
     let options = if paper { SomOptions::paper() } else { SomOptions::default() };
-    let SomOptions { training, init, neighborhood, kernel, presentation, .. } = &options;
+    dict(py, &options)
+}
+
+/// The parameters of `neurbs.SelfOrganizingMap` for a lattice and options.
+pub(super) fn settings<'py>(
+    py: Python<'py>,
+    lattice: &Lattice,
+    options: &SomOptions,
+) -> PyResult<Bound<'py, PyDict>> {
+    let (dict, (rows, cols)) = (dict(py, options)?, lattice.shape());
+    dict.set_item("rows", rows)?;
+    dict.set_item("cols", cols)?;
+    dict.set_item("topology", lattice.topology().name())?;
+    dict.set_item("lattice", lattice.cells().map(Cells::name))?;
+    if let Init::Given(nodes) = &options.init {
+        let nodes: &[f64] = bytemuck::cast_slice(nodes);
+        dict.set_item("init", arrays::constant::<f64, Ix3>(py, &[rows, cols, 3], nodes)?)?;
+    }
+    Ok(dict)
+}
+
+/// The options as keyword arguments; given start positions by their name only.
+fn dict<'py>(py: Python<'py>, options: &SomOptions) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
-    dict.set_item("training", training.name())?;
-    dict.set_item("init", init.name())?;
-    dict.set_item("neighborhood", neighborhood.name())?;
-    dict.set_item("kernel", kernel.map(Kernel::name))?;
-    dict.set_item("presentation", presentation.name())?;
+    dict.set_item("training", options.training.name())?;
+    dict.set_item("init", options.init.name())?;
+    dict.set_item("neighborhood", options.neighborhood.name())?;
+    dict.set_item("kernel", options.kernel.map(Kernel::name))?;
+    dict.set_item("presentation", options.presentation.name())?;
     for (name, schedule) in [("gain", &options.gain), ("radius", &options.radius)] {
-        dict.set_item(name, schedule.as_ref().map(|schedule| format!("{schedule:?}")))?;
+        let given = schedule.as_ref().map(|schedule| given(py, schedule)).transpose()?;
+        dict.set_item(name, given)?;
     }
     dict.set_item("epochs", options.epochs)?;
     dict.set_item("max_steps", options.max_steps)?;
@@ -73,6 +100,17 @@ pub(super) fn som_options(py: Python<'_>, paper: bool) -> PyResult<Bound<'_, PyD
     dict.set_item("min_change", options.min_change)?;
     dict.set_item("seed", options.seed)?;
     Ok(dict)
+}
+
+/// A schedule as Python gives it.
+fn given<'py>(py: Python<'py>, schedule: &Schedule) -> PyResult<Bound<'py, PyAny>> {
+    match schedule {
+        Schedule::Gaussian { start, scale } => ("gaussian", *start, *scale).into_bound_py_any(py),
+        Schedule::Linear { start, end } => ("linear", *start, *end).into_bound_py_any(py),
+        Schedule::Exponential { start, end } => ("exponential", *start, *end).into_bound_py_any(py),
+        Schedule::Constant(value) => value.into_bound_py_any(py),
+        Schedule::Table(values) => ("table", values.clone()).into_bound_py_any(py),
+    }
 }
 
 fn init(value: &Bound<'_, PyAny>) -> PyResult<Init> {

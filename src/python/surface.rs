@@ -12,7 +12,7 @@ use super::errors::bad_argument;
 use super::spline_arrays::{SplineArrays, SplineItems};
 use super::surface_arguments::{self, degrees, knot_vectors, net};
 use crate::error::Result;
-use crate::nurbs::{self, ClosestPointSearch};
+use crate::nurbs::{self, ClosestPointSearch, HeightSearch};
 
 /// A tensor-product NURBS surface.
 ///
@@ -81,13 +81,15 @@ pub(super) struct NurbsSurface {
     arrays: SplineArrays,
     /// Built by the first search for closest points.
     search: OnceLock<ClosestPointSearch>,
+    /// Built by the first search for heights.
+    height_search: OnceLock<HeightSearch>,
 }
 
 impl NurbsSurface {
     pub(super) fn new(py: Python<'_>, core: nurbs::NurbsSurface) -> PyResult<Self> {
         let knots = [core.knots_u(), core.knots_v()];
         let arrays = SplineArrays::new(py, core.control_points(), core.weights(), &knots)?;
-        Ok(Self { core, arrays, search: OnceLock::new() })
+        Ok(Self { core, arrays, search: OnceLock::new(), height_search: OnceLock::new() })
     }
 
     pub(super) fn core(&self) -> &nurbs::NurbsSurface {
@@ -102,6 +104,16 @@ impl NurbsSurface {
         // Two threads may build it at the same time; the first one to finish is kept.
         let search = ClosestPointSearch::observed(&self.core, watcher)?;
         Ok(self.search.get_or_init(|| search))
+    }
+
+    /// The search structure for heights, built on first use.
+    pub(super) fn height_search(&self, watcher: &mut Watcher) -> Result<&HeightSearch> {
+        if let Some(search) = self.height_search.get() {
+            return Ok(search);
+        }
+        // As for closest points.
+        let search = HeightSearch::observed(&self.core, watcher)?;
+        Ok(self.height_search.get_or_init(|| search))
     }
 }
 

@@ -63,7 +63,7 @@ impl NurbsSurface {
     /// >>> mesh.max_deviation <= 0.01, mesh.euler_characteristic()
     /// (True, 2)
     /// >>> sphere.tessellate(shape=(5, 9))
-    /// TriangleMesh(45 vertices, 64 triangles)
+    /// TriangleMesh(45 vertices, 64 triangles, grid 5 × 9)
     #[pyo3(
         signature = (
             tolerance=None, *, shape=None, relative=false, max_angle=None, max_edge=None,

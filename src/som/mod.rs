@@ -20,7 +20,7 @@
 //! let som = SelfOrganizingMap::fit(&points, Lattice::quad(12, 10)?, &options, &mut Silent)?;
 //! assert!(som.quantization_error(&points, &mut Silent)? < 0.05);
 //! let uv = som.parametrize(&points, 0.75, &mut Silent)?;
-//! assert!(uv.iter().all(|uv| uv.min_element() > -0.1 && uv.max_element() < 1.1));
+//! assert!(uv.iter().all(|uv| uv.min_element() >= 0.0 && uv.max_element() <= 1.0));
 //! # Ok::<(), neurbs::Error>(())
 //! ```
 //!

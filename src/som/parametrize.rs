@@ -18,10 +18,11 @@ const MAX_STEPS: usize = 6;
 const MIN_STEP: f64 = 1e-12;
 
 impl SelfOrganizingMap {
-    /// Each point's lattice coordinates (u, v) in [0, 1]², along rows and columns. The point is
-    /// projected onto the bilinear cells around its nearest node; the nearest projection is taken.
-    /// Beyond the border the outer cells are extrapolated by at most `extrapolation` cells (0.75 is
-    /// a good choice). Closed directions have period 1 and give values in [0, 1).
+    /// Each point's parameters (u, v) in [0, 1]², along rows and columns. The point is projected
+    /// onto the bilinear cells around its nearest node; the nearest projection is taken. Beyond the
+    /// border the outer cells are extrapolated by at most `extrapolation` cells (0.75 is a good
+    /// choice), and 0 and 1 are the ends of that. With an extrapolation of 0 they are the outermost
+    /// nodes. Closed directions have period 1 and give values in [0, 1).
     ///
     /// ```
     /// use neurbs::{DVec2, DVec3, progress::Silent};
@@ -32,8 +33,9 @@ impl SelfOrganizingMap {
     /// let som = SelfOrganizingMap::new(&nodes, Lattice::quad(3, 4)?, &options, &mut Silent)?;
     /// let points = [DVec3::new(0.5, 2.25, 7.0), DVec3::new(2.5, 9.0, 0.0)];
     /// let uv = som.parametrize(&points, 0.75, &mut Silent)?;
-    /// assert!(uv[0].distance(DVec2::new(0.25, 0.75)) < 1e-12);
-    /// assert!(uv[1].distance(DVec2::new(1.25, 1.25)) < 1e-12); // three quarters of a cell beyond
+    /// // The lattice has 2 × 3 cells, and 1.5 more with the extrapolation.
+    /// assert!(uv[0].distance(DVec2::new(1.25 / 3.5, 3.0 / 4.5)) < 1e-12);
+    /// assert!(uv[1].distance(DVec2::new(1.0, 1.0)) < 1e-12); // three quarters of a cell beyond
     /// # Ok::<(), neurbs::Error>(())
     /// ```
     ///
@@ -55,6 +57,32 @@ impl SelfOrganizingMap {
 
     /// As [`Self::parametrize`], passing the results on in pieces.
     pub(crate) fn parameters(
+        &self,
+        points: &[DVec3],
+        extrapolation: f64,
+        observer: &mut dyn Observer,
+        mut take: impl FnMut(&[DVec2]),
+    ) -> Result<()> {
+        let (rows, cols) = self.lattice.shape();
+        let closed = self.lattice.topology().closed();
+        let inside = |place: f64, nodes: usize, closed: bool| {
+            if closed {
+                return place;
+            }
+            let cells = nodes as f64 - 1.0;
+            ((place * cells + extrapolation) / (cells + 2.0 * extrapolation)).clamp(0.0, 1.0)
+        };
+        self.lattice_places(points, extrapolation, observer, |piece| {
+            let parameters = piece.iter().map(|place| {
+                DVec2::new(inside(place.x, rows, closed.0), inside(place.y, cols, closed.1))
+            });
+            take(&parameters.collect::<Vec<_>>());
+        })
+    }
+
+    /// Passes on each point's place on the lattice in pieces: as [`Self::parametrize`], but 0 and 1
+    /// are the outermost nodes, and places beyond them are outside of [0, 1].
+    pub(crate) fn lattice_places(
         &self,
         points: &[DVec3],
         extrapolation: f64,

@@ -32,6 +32,25 @@ TRIES = 3
 """Number of tries, of which the fastest is used, as shared machines lose time."""
 
 
+@pytest.fixture(scope="session")
+def revealed() -> Callable[[Path], str]:
+    """Return a function that checks the types of a program, and returns the lines of mypy."""
+    pytest.importorskip("mypy")
+    # An installed package is found by itself.
+    place = Path(neurbs.__file__).parents[1]
+    path = {} if place.name.endswith("-packages") else {"MYPYPATH": str(place)}
+
+    def check(program: Path) -> str:
+        run = [sys.executable, "-m", "mypy", "--strict", program.name]
+        environment = os.environ | path
+        done = subprocess.run(
+            run, cwd=program.parent, env=environment, capture_output=True, text=True
+        )
+        return done.stdout
+
+    return check
+
+
 def worked() -> float:
     """Return the processor time of this process in seconds, per processor."""
     return time.process_time() / (os.cpu_count() or 1)

@@ -88,10 +88,10 @@ def test_an_error_about_an_argument_has_its_name(terrain_points: NDArray[np.floa
         ("grid", lambda: neurbs.reconstruct(terrain_points, grid=(1, 8))),
         ("tolerance", lambda: neurbs.reconstruct(terrain_points, tolerance=0)),
         ("fairness", lambda: neurbs.reconstruct(terrain_points, fairness="much")),  # type: ignore[call-overload]
-        ("component", lambda: neurbs.reconstruct(terrain_points, component="all")),
+        ("component", lambda: neurbs.reconstruct(terrain_points, component="all")),  # type: ignore[call-overload]
         ("points", lambda: neurbs.reconstruct("cloud.xyz")),
-        ("init", lambda: neurbs.SelfOrganizingMap(init="magic").fit(terrain_points)),
-        ("backend", lambda: plot.plot_points(terrain_points, backend="paper")),
+        ("init", lambda: neurbs.SelfOrganizingMap(init="magic").fit(terrain_points)),  # type: ignore[arg-type]
+        ("backend", lambda: plot.plot_points(terrain_points, backend="paper")),  # type: ignore[arg-type]
     ]
     for argument, call in calls:
         with pytest.raises(neurbs.NeurbsError, match=rf"^{argument} must ") as caught:

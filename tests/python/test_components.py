@@ -32,4 +32,4 @@ def test_components_are_chosen_or_fitted_each(rng: np.random.Generator) -> None:
     wrong: int | str
     for wrong in (2, -1, "all"):
         with pytest.raises(neurbs.NeurbsError, match="component"):
-            neurbs.reconstruct(points, component=wrong)
+            neurbs.reconstruct(points, component=wrong)  # type: ignore[arg-type]

@@ -97,7 +97,7 @@ def test_candidates_are_ranked(rng: np.random.Generator) -> None:
     assert first.direction == (0, 0, 1)
     assert neurbs.candidates(sheet, "sheet")[0].kind == "sheet"
     with pytest.raises(neurbs.NeurbsError, match="kind must be"):
-        neurbs.candidates(sheet, "cone")
+        neurbs.candidates(sheet, "cone")  # type: ignore[arg-type]
 
 
 CANDIDATES = (

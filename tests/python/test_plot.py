@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 import neurbs
 from neurbs import NeurbsError, Reconstruction
+from neurbs.choices import SurfaceColor
 from neurbs.deviation import Deviation
 from neurbs.plot import plot_surface
 from neurbs.plot.coloring import coloring
@@ -142,7 +143,7 @@ def facets(figure: Figure) -> NDArray[np.float64]:
         ("deviation", "deviation, mm (local mean)"),
     ],
 )
-def test_legends_have_the_unit(color: str, label: str, dome: neurbs.NurbsSurface) -> None:
+def test_legends_have_the_unit(color: SurfaceColor, label: str, dome: neurbs.NurbsSurface) -> None:
     u, v = np.random.default_rng(0).random((2, 500))
     points = dome.evaluate(np.column_stack([u, 0.5 + v / 2]))
     assert legend(plot_surface(dome, points, color=color, unit="mm")) == label
@@ -246,7 +247,7 @@ def test_cells_are_colored(result: Reconstruction) -> None:
     with pytest.raises(NeurbsError, match="color must not be 'hits' without points"):
         result.som.plot(color="hits")
     with pytest.raises(NeurbsError, match="color must be one of u-matrix, hits, got 'height'"):
-        result.som.plot(color="height")
+        result.som.plot(color="height")  # type: ignore[arg-type]
 
 
 def test_a_graph_is_drawn(square: NDArray[np.float64]) -> None:

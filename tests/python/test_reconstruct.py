@@ -10,6 +10,7 @@ import time
 import warnings
 from collections.abc import Callable
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -64,7 +65,9 @@ def test_a_missed_tolerance_is_a_warning(terrain_points: Points) -> None:
 
 
 @pytest.mark.parametrize("kind", ["sheet", "tube", "torus"])
-def test_each_kind_closes_its_directions(kind: str, rng: np.random.Generator) -> None:
+def test_each_kind_closes_its_directions(
+    kind: Literal["sheet", "tube", "torus"], rng: np.random.Generator
+) -> None:
     u, v = rng.random((2, 900))
     a, b = 2 * np.pi * u, 2 * np.pi * v
     r = 1 + 0.3 * np.cos(b)

@@ -122,7 +122,7 @@ def test_a_given_start_is_used(rng: np.random.Generator) -> None:
     assert result.som.codebook_.shape == (8, 7, 3)
     for wrong in (nodes[0], "random"):
         with pytest.raises(neurbs.NeurbsError, match="init"):
-            neurbs.reconstruct(points, init=wrong)
+            neurbs.reconstruct(points, init=wrong)  # type: ignore[arg-type]
 
 
 def test_chunks_give_the_same_as_one_piece(rng: np.random.Generator) -> None:

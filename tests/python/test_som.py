@@ -9,7 +9,7 @@ import time
 import warnings
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -78,8 +78,11 @@ def test_parametrize_gives_the_projection_onto_the_lattice() -> None:
     out = np.empty((len(points), 2))
     uv = som.parametrize(points, out=out)
     assert uv is out
-    inside = np.all((uv > 0) & (uv < 1), axis=1)
-    place = uv[inside] * [9, 11]
+    assert uv.min() >= 0
+    assert uv.max() <= 1
+    border = 0.75 / np.array([9 + 1.5, 11 + 1.5])
+    inside = np.all((uv > border) & (uv < 1 - border), axis=1)
+    place = uv[inside] * [9 + 1.5, 11 + 1.5] - 0.75
     cell = np.minimum(place.astype(int), [8, 10])
     s, t = (place - cell).T[:, :, None]
     g, (i, j) = som.codebook_, cell.T
@@ -275,7 +278,7 @@ def test_an_unfinished_epoch_is_saved_and_continued(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("training", ["batch", "online"])
 def test_an_interrupted_distribution_continues_to_the_same_bits(
-    training: str, tmp_path: Path
+    training: Literal["batch", "online"], tmp_path: Path
 ) -> None:
     def chunks() -> Any:
         return (sheet(777, seed) for seed in range(10_000))

@@ -16,7 +16,7 @@ GRID = np.stack([*np.mgrid[0:6, 0:7], RNG.random((6, 7))], axis=-1)
 
 REFUSALS: list[tuple[Callable[[Any], object], Any, str]] = [
     (SURFACE.insert_knots, [0.5] * 4, "0.5 has multiplicity 5"),
-    (SURFACE.insert_knots, [np.nan], "strictly inside the domain"),
+    (SURFACE.insert_knots, [np.nan], "in the domain"),
     (SURFACE.insert_knots, "x", "u must be real numbers"),
     (SURFACE.elevate_degree, 2**64 - 1, "at most 25 after elevation"),
     (SURFACE.elevate_degree, -1, "u must be an integer from 0"),

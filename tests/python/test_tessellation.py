@@ -3,6 +3,7 @@
 import subprocess
 import sys
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -121,7 +122,7 @@ def test_several_surfaces_share_one_tolerance() -> None:
 
 
 @pytest.mark.parametrize("topology", ["sheet", "tube", "torus"])
-def test_a_lattice_is_a_mesh(topology: str) -> None:
+def test_a_lattice_is_a_mesh(topology: Literal["sheet", "tube", "torus"]) -> None:
     points = np.random.default_rng(0).random((500, 3))
     som = neurbs.SelfOrganizingMap(5, 4, topology=topology, max_steps=500).fit(points)
     mesh = som.mesh()

@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from neurbs import NeurbsError, PointCloud
+from neurbs.choices import Backend
 from neurbs.cli.command import command, print_table
 from neurbs.cli.completion import of_suffixes
 from neurbs.cli.config import Config
@@ -82,7 +83,7 @@ def view(
     if output is None:
         _check_display()
     thing, given = load(file, columns, nan), values(options)
-    backend = "pyvista" if output is None else "matplotlib"
+    backend: Backend = "pyvista" if output is None else "matplotlib"
     unit = file_unit(thing.unit)
     cloud = None if points is None else read_points(points, columns, nan, unit)
     if isinstance(thing, PointCloud):

@@ -114,12 +114,9 @@ def view() -> NDArray[np.float64]:
 def new_figure(width: float, height: float, dpi: float = 100.0) -> Figure:
     """Make a figure, in inches, without pyplot: it needs no display and no call to close it."""
     require("matplotlib", "pictures")
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
+    from neurbs.plot.shown_figure import ShownFigure
 
-    figure = Figure(figsize=(width, height), dpi=dpi, facecolor="white")
-    FigureCanvasAgg(figure)
-    return figure
+    return ShownFigure(figsize=(width, height), dpi=dpi, facecolor="white")
 
 
 def add_panel(

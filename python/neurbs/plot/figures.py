@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from neurbs import _core
+from neurbs.choices import Backend, SurfaceColor
 from neurbs.deviation import Deviation
 from neurbs.errors import argument_error
 from neurbs.io.atomic_write import atomic_write
@@ -35,11 +36,11 @@ _CELLS = ("#f4f3ee", "#c9d8d2", "#7fae9f", "#3c7f7a", "#174d57", "#0c2a36")
 def plot_reconstruction(
     result: Reconstruction,
     *,
-    color: str = "height",
+    color: SurfaceColor = "height",
     tolerance: float | None = None,
     unit: str = "",
     isolines: int = 20,
-    backend: str = "matplotlib",
+    backend: Backend = "matplotlib",
 ) -> Any:
     """Draw the points with the trained lattice, and the surface beside them.
 
@@ -127,12 +128,12 @@ def plot_surface(
     surface: NurbsSurface,
     points: ArrayLike | None = None,
     *,
-    color: str | None = None,
+    color: SurfaceColor | None = None,
     tolerance: float | None = None,
     unit: str = "",
     isolines: int = 20,
     control_net: bool = False,
-    backend: str = "matplotlib",
+    backend: Backend = "matplotlib",
 ) -> Any:
     """Draw a surface; `NurbsSurface.plot` is this function.
 
@@ -269,7 +270,7 @@ def plot_map(
     return figure
 
 
-def plot_points(points: ArrayLike, *, backend: str = "matplotlib") -> Any:
+def plot_points(points: ArrayLike, *, backend: Backend = "matplotlib") -> Any:
     """Draw points, or a sample of many.
 
     Parameters

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from neurbs import _core
+from neurbs.choices import Backend
 from neurbs.extras import require
 from neurbs.plot.axes_box import INK, AxesBox, add_panel, new_figure, sample, view
 from neurbs.plot.figures import is_pyvista
@@ -39,7 +40,7 @@ def plot_shell(
     shell: Shell | Face,
     points: ArrayLike | None = None,
     *,
-    backend: str = "matplotlib",
+    backend: Backend = "matplotlib",
 ) -> Any:
     """Draw the faces of a shell, with edges in black and the border in red.
 
