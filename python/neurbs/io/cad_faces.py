@@ -121,8 +121,9 @@ def _spline_surface(face: Any) -> tuple[NurbsSurface, _Parameters, Any]:
         return surface, _identity(surface), face
     low_u, high_u, low_v, high_v = BRepTools.UVBounds_s(face)
     first_u, last_u, first_v, last_v = own.Bounds()
-    u0, u1 = _range((low_u, high_u), (first_u, last_u), own.IsUPeriodic())
-    v0, v1 = _range((low_v, high_v), (first_v, last_v), own.IsVPeriodic())
+    start_u, start_v = _lowest_ends(face)
+    u0, u1 = _range((low_u, high_u), (first_u, last_u), own.IsUPeriodic(), start_u)
+    v0, v1 = _range((low_v, high_v), (first_v, last_v), own.IsVPeriodic(), start_v)
     if u1 > u0 and v1 > v0:
         part = Geom_RectangularTrimmedSurface(own, u0, u1, v0, v1)
         surface = from_opencascade(GeomConvert.SurfaceToBSplineSurface_s(part))
@@ -138,11 +139,12 @@ def _spline_surface(face: Any) -> tuple[NurbsSurface, _Parameters, Any]:
 
 
 def _range(
-    wanted: tuple[float, float], there: tuple[float, float], is_periodic: bool
+    wanted: tuple[float, float], there: tuple[float, float], is_periodic: bool, start: float
 ) -> tuple[float, float]:
     """Return the range of a parameter that a face needs, inside the range of its surface.
 
-    Rounded numbers of a file exceed it by little, and OpenCASCADE refuses them.
+    Rounded numbers of a file exceed it by little, and OpenCASCADE refuses them. A whole turn begins
+    at `start`, the lowest end of an edge: OpenCASCADE's own bounds are wider than the edges.
     """
     least = _ACCURACY * (wanted[1] - wanted[0])
     snapped = [next((end for end in there if abs(value - end) <= least), value) for value in wanted]
@@ -151,10 +153,30 @@ def _range(
         return max(low, there[0]), min(high, there[1])
     period = there[1] - there[0]
     if high - low >= period - least:
+        low = max(low, start) if np.isfinite(start) else low
         high = low + period
         while high - low > period:
             high = float(np.nextafter(high, low))
     return low, high
+
+
+def _lowest_ends(face: Any) -> tuple[float, float]:
+    """Return the lowest parameters at which edges of a face end; infinite without edges."""
+    from OCP.BRep import BRep_Tool
+    from OCP.TopAbs import TopAbs_EDGE
+    from OCP.TopExp import TopExp_Explorer
+    from OCP.TopoDS import TopoDS
+
+    lowest = np.full(2, np.inf)
+    explorer = TopExp_Explorer(face, TopAbs_EDGE)
+    while explorer.More():
+        edge = TopoDS.Edge(explorer.Current())
+        curve = BRep_Tool.CurveOnSurface_s(edge, face, 0.0, 0.0)
+        if curve is not None:
+            ends = [curve.Value(end).Coord() for end in BRep_Tool.Range_s(edge, face)]
+            lowest = np.minimum(lowest, np.min(ends, axis=0))
+        explorer.Next()
+    return float(lowest[0]), float(lowest[1])
 
 
 def _agree(surface: NurbsSurface, places: Floats, points: Floats) -> bool:
