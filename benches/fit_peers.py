@@ -314,7 +314,8 @@ def run_neurbs(
     start = time.perf_counter()
     result = neurbs.reconstruct(points, grid=(side, side), kind=kind or shape.kind)
     seconds = time.perf_counter() - start
-    mesh = result.surface.tessellate(shape=(250, 250))
+    # The faces: beyond the points they are trimmed.
+    mesh = result.shell.tessellate(max_edge=result.report.diagonal / 150)
     return mesh.vertices, mesh.triangles.astype(np.int64), seconds
 
 
