@@ -15,7 +15,7 @@ import typer
 import neurbs
 from neurbs import Reconstruction, io
 from neurbs._core import LENGTH_UNITS
-from neurbs.cli.command import FAILED, NOT_MET, print_json, print_table
+from neurbs.cli.command import FAILED, NOT_MET, print_json, print_table, repeated
 from neurbs.cli.inputs import check_points, read_point_cloud
 from neurbs.cli.messages import failure, option_argument, with_options
 from neurbs.cli.outputs import check_outputs
@@ -98,7 +98,7 @@ def run(
                 found = function(cloud, progress=progress, **given)
             results = _numbered(found, targets)
             for result, written in results:
-                _write(result, written, unit, cloud.unit, file)
+                _write(result, written, unit, cloud.unit, file, repeated(context))
         except (neurbs.NeurbsError, OSError, MemoryError) as error:
             wrong_option = isinstance(error, neurbs.NeurbsError) and option_argument(context, error)
             if wrong_option or not batch:
@@ -201,11 +201,13 @@ def _write(
     unit: str | None,
     unit_of_points: str | None,
     source: Path,
+    command: str,
 ) -> None:
     """Write the files of a result, in the given unit or else in the unit of the points."""
     for target in targets:
         if _is_report(target):
-            result.write_report(target, unit=unit or unit_of_points or "", source=source)
+            shown = unit or unit_of_points or ""
+            result.write_report(target, unit=shown, source=source, command=command)
         else:
             known = unit_of_points if unit_of_points in LENGTH_UNITS else None
             neurbs.save(result, target, unit=unit or known)

@@ -17,8 +17,9 @@ from neurbs._core import NeurbsError
 from neurbs.errors import argument_error
 from neurbs.extras import require
 from neurbs.io.atomic_write import atomic_write
-from neurbs.plot.axes_box import INK, AxesBox, add_panel, new_figure, sample
+from neurbs.plot.axes_box import INK, AxesBox, sample
 from neurbs.plot.matplotlib_scene import draw_lines, draw_points
+from neurbs.plot.panel import add_panel, new_figure
 
 if TYPE_CHECKING:
     from neurbs import SelfOrganizingMap
