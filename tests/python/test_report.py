@@ -222,10 +222,20 @@ def test_holes_are_gray(tmp_path: Path, rng: np.random.Generator) -> None:
     cloud = np.column_stack([x, y, 0.1 * np.sin(5 * x)])
     ring = np.hypot(x - 0.5, y - 0.5) > 0.25
     whole = neurbs.reconstruct(cloud, grid=(8, 8))
-    for inliers, count in ((np.ones(4000, bool), 1), (ring, 2)):
+    for inliers, has_gray in ((np.ones(4000, bool), False), (ring, True)):
         replace(whole, inliers=inliers).write_report(tmp_path / "a.html")
         data = figures((tmp_path / "a.html").read_text(encoding="utf-8"))["view"]["data"]
-        assert [trace["meta"] for trace in data].count("surface") == count + 1
+        (faces,) = (trace for trace in data if trace["type"] == "mesh3d")
+        gray = np.array([text == "no points near" for text in faces["hovertext"]])
+        assert gray.any() == has_gray
+        colors = np.array(
+            [[int(c[i : i + 2], 16) for i in (1, 3, 5)] for c in faces["vertexcolor"]]
+        )
+        # Gray is bluish, and pale places of the scale are yellowish.
+        assert (colors[gray, 2] > colors[gray, 0]).all()
+        if has_gray:
+            x, y = numbers(faces["x"])[gray], numbers(faces["y"])[gray]
+            assert np.hypot(x - 0.5, y - 0.5).max() < 0.3
 
 
 def test_a_large_cloud_is_sampled_and_the_file_stays_small(

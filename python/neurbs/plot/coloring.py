@@ -60,7 +60,12 @@ class Coloring:
     def rgba(self, corners: NDArray[np.int64] | None = None) -> NDArray[np.float64]:
         """Return the colors of the values, or of their means at corners of facets: (..., 4)."""
         values = self.values if corners is None else self.values[corners].mean(axis=1)
-        colors: NDArray[np.float64] = self.colormap(self._norm()(np.ma.masked_invalid(values)))
+        share = np.clip((values - self.low) / (self.high - self.low), 0, 1)
+        stops = np.array([_rgb(color) for color in self.palette]).T
+        places = np.linspace(0, 1, len(self.palette))
+        colors = np.ones((*values.shape, 4))
+        colors[..., :3] = np.stack([np.interp(share, places, stop) for stop in stops], axis=-1)
+        colors[np.isnan(values), :3] = _rgb(NO_DATA)
         return colors
 
     def add_legend(self, figure: Figure, left: float) -> None:
@@ -158,6 +163,11 @@ def coloring(
         label = f"{'Gaussian' if power else 'mean'} curvature, 1/{unit or 'unit'}{power}"
         return Coloring(values, -limit, limit, SIDES, label)
     raise argument_error("color", f"must be one of {', '.join(COLORS)}, got {color!r}")
+
+
+def _rgb(color: str) -> list[float]:
+    """Return red, green and blue, from 0 to 1, of a color such as ``"#c3c8cc"``."""
+    return [int(color[start : start + 2], 16) / 255 for start in (1, 3, 5)]
 
 
 def _limit(values: NDArray[np.float64]) -> float:

@@ -143,7 +143,13 @@ def brightness(
     facets: NDArray[np.float64], view: View, *, legend: bool = False
 ) -> NDArray[np.float64]:
     """Return the brightness of facets; the contrast is low if the colors have a legend."""
-    normals = np.cross(facets[:, 2] - facets[:, 0], facets[:, 3] - facets[:, 1])
+    return lit(
+        np.cross(facets[:, 2] - facets[:, 0], facets[:, 3] - facets[:, 1]), view, legend=legend
+    )
+
+
+def lit(normals: NDArray[np.float64], view: View, *, legend: bool) -> NDArray[np.float64]:
+    """Return the brightness of places with normals of any length."""
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)
     normals = np.divide(normals, lengths, out=np.zeros_like(normals), where=lengths > 0)
     # Use the normal on the side of the viewer.

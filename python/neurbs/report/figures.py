@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from neurbs.deviation import Deviation
 from neurbs.plot.axes_box import PALE, AxesBox, sample
-from neurbs.plot.coloring import NO_DATA, SIDES, Coloring, coloring
+from neurbs.plot.coloring import SIDES, Coloring, coloring
 from neurbs.plot.drawn_shell import DrawnShell
-from neurbs.plot.matplotlib_scene import NET
+from neurbs.plot.matplotlib_scene import NET, lit
 
 if TYPE_CHECKING:
     from neurbs import Reconstruction
@@ -38,6 +38,9 @@ _FONT = {"family": "system-ui, sans-serif", "size": 13}
 
 EDGE = "#7a8894"
 """Color of edges and marks: visible in a light and in a dark theme."""
+
+CURVE = "#3f83bd"
+"""Color of curves, visible in both."""
 
 UNKNOWN = "in the unit of the points"
 
@@ -65,7 +68,8 @@ def scene(
     edges = _joined([line for line, _ in drawn.edges])
     net = result.surface.control_points
     traces = [
-        *_faces(drawn, scale, origin),
+        _faces(drawn, scale, box, origin),
+        _legend(scale),
         {
             "type": "scatter3d",
             "meta": "points",
@@ -149,7 +153,7 @@ def convergence(result: Reconstruction, unit: str) -> dict[str, Any]:
     falls_far = every and max(every) > 10 * min(every) > 0
     layout["yaxis"] |= {"type": "log", "dtick": "D2"} if falls_far else {"rangemode": "tozero"}
     layout["xaxis"] |= {"exponentformat": "none", "separatethousands": True}
-    layout["colorway"] = [NET, "#e2572b", "#2c6e63"]
+    layout["colorway"] = [CURVE, "#e2572b", "#2c6e63"]
     return {"data": traces, "layout": layout}
 
 
@@ -162,7 +166,7 @@ def shares(deviation: Deviation, tolerance: float | None, unit: str) -> dict[str
         "mode": "lines",
         "x": _packed(distances),
         "y": _packed(percents),
-        "line": {"width": 2, "color": NET},
+        "line": {"width": 2, "color": CURVE},
         "hovertemplate": "%{y:.4g} % within %{x:.4g}<extra></extra>",
     }
     layout = _layout(f"distance, {unit or UNKNOWN}", "% of the points within it")
@@ -181,46 +185,44 @@ def _mark(place: float) -> dict[str, Any]:
     return {"type": "line", "yref": "paper", "line": line, **ends}
 
 
-def _faces(drawn: DrawnShell, scale: Coloring, origin: NDArray[np.float64]) -> list[dict[str, Any]]:
-    """Return the colored faces, and gray ones for places without points near."""
-    missing = np.asarray(np.isnan(scale.values[drawn.triangles]).any(axis=1))
-    common = {
+def _faces(
+    drawn: DrawnShell, scale: Coloring, box: AxesBox, origin: NDArray[np.float64]
+) -> dict[str, Any]:
+    """Return the faces in the colors of a scale; places without points near are gray."""
+    colors = scale.rgba()[:, :3]
+    # The light of plotly.js falls on the faces as they are without exaggeration.
+    colors *= lit(drawn.normals() / box.factor, box.view, legend=True)[:, None]
+    texts = ["no points near" if np.isnan(v) else f"{v:.4g}" for v in scale.values]
+    corners = zip("ijk", drawn.triangles.T, strict=True)
+    return {
         "type": "mesh3d",
         "meta": "surface",
-        "lighting": {"ambient": 0.82, "diffuse": 0.35, "specular": 0.05, "roughness": 0.8},
-        "lightposition": {"x": -1e5, "y": -5e4, "z": 2e5},
-    }
-    colored = {
-        **common,
-        **_triangles(drawn, ~missing, origin),
-        "intensity": _packed(np.nan_to_num(scale.values)),
-        **_scale(scale, "c"),
-        "colorbar": {
-            "title": {"text": scale.label.replace("\n", "<br>"), "side": "right"},
-            "thickness": 16,
-            "len": 0.7,
-            "outlinewidth": 0,
-            "exponentformat": "power",
-        },
-        "hovertext": [f"{value:.4g}" for value in scale.values],
+        **_coordinates(drawn.vertices - origin),
+        **{name: _packed(column, "<i4") for name, column in corners},
+        "vertexcolor": [f"#{r:02x}{g:02x}{b:02x}" for r, g, b in _bytes(colors)],
+        "lighting": {"ambient": 1.0, "diffuse": 0.0, "specular": 0.0, "fresnel": 0.0},
+        "hovertext": texts,
         "hovertemplate": "%{hovertext}<extra>surface</extra>",
     }
-    gray = {
-        **common,
-        **_triangles(drawn, missing, origin),
-        "color": NO_DATA,
-        "hovertemplate": "no points near<extra></extra>",
+
+
+def _bytes(colors: NDArray[np.float64]) -> list[list[int]]:
+    whole: list[list[int]] = np.rint(255 * np.clip(colors, 0, 1)).astype(int).tolist()
+    return whole
+
+
+def _legend(scale: Coloring) -> dict[str, Any]:
+    """Return a trace without points that shows the scale."""
+    colorbar = {
+        "title": {"text": scale.label.replace("\n", "<br>"), "side": "right"},
+        "thickness": 16,
+        "len": 0.7,
+        "outlinewidth": 0,
+        "exponentformat": "power",
     }
-    return [colored, gray] if missing.any() else [colored]
-
-
-def _triangles(
-    drawn: DrawnShell, kept: NDArray[np.bool_], origin: NDArray[np.float64]
-) -> dict[str, Any]:
-    """Return vertices and some of the triangles."""
-    corners = zip("ijk", drawn.triangles[kept].T, strict=True)
-    indices = {name: _packed(column, "<i4") for name, column in corners}
-    return {**_coordinates(drawn.vertices - origin), **indices}
+    marker = {"color": [scale.low], "showscale": True, "colorbar": colorbar, **_scale(scale, "c")}
+    nowhere = {axis: [None] for axis in "xyz"}
+    return {"type": "scatter3d", "meta": "legend", "mode": "markers", **nowhere, "marker": marker}
 
 
 def _scale(scale: Coloring, prefix: str) -> dict[str, Any]:

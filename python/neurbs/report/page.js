@@ -28,24 +28,22 @@ function theme(layout) {
 // On a narrow page the legend of the view lies below it, and the viewer is farther away.
 const narrow = document.body.clientWidth < 640;
 if (narrow) {
-  const { eye } = figures.view.layout.scene.camera;
-  for (const name of "xyz") eye[name] *= 1.45;
+  const { scene } = figures.view.layout;
+  for (const name of "xyz") {
+    scene.camera.eye[name] *= 1.8;
+    scene[`${name}axis`].tickfont = { size: 10 };
+  }
 }
 
 function fit(data) {
   const below = { orientation: "h", x: 0.5, y: -0.02, yanchor: "top", len: 0.95 };
-  return data.map((trace) =>
-    trace.colorbar && narrow
-      ? {
-          ...trace,
-          colorbar: {
-            ...trace.colorbar,
-            ...below,
-            title: { ...trace.colorbar.title, side: "bottom" },
-          },
-        }
-      : trace
-  );
+  for (const { marker } of data) {
+    if (narrow && marker?.colorbar) {
+      const title = { ...marker.colorbar.title, side: "bottom" };
+      marker.colorbar = { ...marker.colorbar, ...below, title };
+    }
+  }
+  return data;
 }
 
 for (const [name, figure] of Object.entries(figures)) {
