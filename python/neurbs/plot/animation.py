@@ -100,7 +100,8 @@ def animate(
     edges = np.array(som.lattice_.edges)
     figure = new_figure(_SIDE, _SIDE, _DPI)
     box = AxesBox.around(points, *lattices)
-    axes = add_panel(figure, box, "", 0.0, 0.95)
+    # The labels need room to turn.
+    axes = add_panel(figure, box, "", 0.06, 0.88)
     draw_points(axes, points[sample(len(points), _MAX_POINTS)])
     lines = draw_lines(axes, lattices[0][edges], float(np.clip(24 / len(edges) ** 0.5, 0.4, 1.1)))
     caption = figure.text(0.5, 0.92, "", ha="center", size=13, color=INK)

@@ -30,7 +30,7 @@ const narrow = document.body.clientWidth < 640;
 if (narrow) {
   const { scene } = figures.view.layout;
   for (const name of "xyz") {
-    scene.camera.eye[name] *= 1.8;
+    scene.camera.eye[name] *= 1.5;
     scene[`${name}axis`].tickfont = { size: 10 };
   }
 }
