@@ -78,15 +78,27 @@ def shells(path: Path) -> None:
 
 
 def trim(path: Path) -> None:
-    """Draw a surface with points on a part of it, and the face that ends where they end."""
-    x, y = np.meshgrid(np.linspace(0, 5, 9), np.linspace(0, 5, 9), indexing="ij")
-    hills = neurbs.NurbsSurface.interpolate(np.stack([x, y, 0.4 * np.sin(x) * np.cos(y)], axis=-1))
-    uv = np.random.default_rng(0).random((6000, 2))
-    away = [np.linalg.norm(uv - middle, axis=1) for middle in ((0.5, 0.5), (0.35, 0.5), (0.7, 0.6))]
-    uv = uv[(away[0] < 0.45) & (away[1] > 0.1) & (away[2] > 0.14)]
-    points = hills.evaluate(uv)
-    whole = neurbs.Shell(hills)
-    beside(path, [plot_shell(whole, points), plot_shell(neurbs.trim(hills, uv))])
+    """Draw the surface through points of a disc with two holes, untrimmed and trimmed."""
+    u, v = np.random.default_rng(0).uniform(-1, 1, (2, 4000))
+    away = [np.hypot(u - x, v - y) for x, y in ((0, 0), (0.35, 0.1), (-0.4, -0.25))]
+    kept = (away[0] < 1) & (away[1] > 0.27) & (away[2] > 0.16)
+    x, y = 50 * u[kept], 50 * v[kept]
+    points = np.column_stack([x, y, 10 * np.sin(x / 25) * np.cos(y / 30)])
+    results = [neurbs.reconstruct(points, trim=trim) for trim in (False, True)]
+    drawn = [plot_shell(result.shell, result.points, isolines=12) for result in results]
+    beside(path, drawn)
+
+
+def trimmed(path: Path) -> None:
+    """Draw terrain with a ragged outline and a lake, as points and as a face."""
+    points = neurbs.read_points(TERRAIN)
+    x, y = points[:, 0] - 15_000, points[:, 1] - 16_000
+    angle = np.arctan2(y, x)
+    outline = 13_500 * (1 + 0.08 * np.sin(3 * angle + 1) + 0.03 * np.sin(8 * angle))
+    lake = np.hypot((x - 4_000) / 1.5, y + 3_000) < 2_500
+    land = (np.hypot(x, y) < outline) & ~lake
+    result = neurbs.reconstruct(points[land], kind="height")
+    result.plot().savefig(path, dpi=100)
 
 
 def report(path: Path) -> None:
@@ -104,7 +116,7 @@ def report(path: Path) -> None:
         page = browser.new_page(viewport={"width": 1000, "height": 1240})
         page.set_default_timeout(300_000)
         page.goto(page_file.as_uri())
-        page.wait_for_function("document.getElementById('convergence').data !== undefined")
+        page.wait_for_function("document.getElementById('chart').data !== undefined")
         page.wait_for_timeout(3000)
         page.screenshot(path=path)
         browser.close()
@@ -134,6 +146,7 @@ PICTURES: dict[str, Callable[[Path], None]] = {
     "unfolding.gif": unfolding,
     "shells.png": shells,
     "trim.png": trim,
+    "trimmed.png": trimmed,
     "report.png": report,
     "flow.svg": stage_pictures.flow,
     "prepare.png": stage_pictures.prepare,

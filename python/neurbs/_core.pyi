@@ -554,6 +554,10 @@ class NurbsSurface:
         unit: str = "",
         isolines: int = 20,
         control_net: bool = False,
+        view: Literal["iso", "top", "front", "side"] = "iso",
+        size: Sequence[float] | None = None,
+        dpi: float = 100.0,
+        exaggeration: float | None = None,
         backend: Literal["matplotlib", "pyvista"] = "matplotlib",
     ) -> Any: ...
     def to_dict(self) -> dict[str, Any]: ...

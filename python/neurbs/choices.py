@@ -16,6 +16,9 @@ TrimChoice: TypeAlias = bool | Literal["auto", "outer"]
 SurfaceColor: TypeAlias = Literal["height", "deviation", "mean", "gaussian", "zebra"]
 """A quantity that the colors of a surface show."""
 
+ViewChoice: TypeAlias = Literal["iso", "top", "front", "side"]
+"""A direction of the viewer."""
+
 Backend: TypeAlias = Literal["matplotlib", "pyvista"]
 """A library that draws."""
 

@@ -40,10 +40,13 @@ class Deviation:
         Parameters of each point's projection onto the surface.
     signed : ndarray of shape (n,)
         Distance from each point to its projection, positive on the side of the normal.
+    face_index : ndarray of int, shape (n,), or None
+        Face of each projection onto a shell.
     """
 
     uv: NDArray[np.float64]
     signed: NDArray[np.float64]
+    face_index: NDArray[np.uint32] | None = None
 
     @classmethod
     def of(cls, surface: NurbsSurface | Shell | PointCloud, points: ArrayLike) -> Deviation:
@@ -92,7 +95,7 @@ class Deviation:
             measured = (points[on_face], projections.uv[on_face], projections.distances[on_face])
             of_face = cls._with_signs(face.surface, *measured)
             signed[on_face] = -of_face.signed if face.is_reversed else of_face.signed
-        return cls(projections.uv, signed)
+        return cls(projections.uv, signed, projections.face_index)
 
     @classmethod
     def _with_signs(
@@ -140,34 +143,37 @@ class Deviation:
         return float(np.mean(self.distances <= tolerance))
 
     def over_surface(
-        self, surface: NurbsSurface, u: NDArray[np.float64], v: NDArray[np.float64]
+        self, surface: NurbsSurface, uv: NDArray[np.float64], face: int = 0
     ) -> NDArray[np.float64]:
-        """Return the local mean of the signed distances on a grid of parameters.
+        """Return the local mean of the signed distances at places on a surface.
 
         Parameters
         ----------
         surface : NurbsSurface
             The surface from which the deviation was measured.
-        u, v : ndarray of shape (n_u,) and (n_v,)
-            Parameters.
+        uv : ndarray of shape (n, 2)
+            Parameters of the places.
+        face : int, default 0
+            The face of the surface, if the deviation was measured from a shell.
 
         Returns
         -------
-        ndarray of shape (n_u, n_v)
+        ndarray of shape (n,)
             NaN where no points are near.
         """
-        bins = int(np.clip(np.sqrt(len(self.signed) / _POINTS_PER_BIN), 2, _MAX_BINS))
+        on_face = slice(None) if self.face_index is None else self.face_index == face
+        measured, signed = self.uv[on_face], self.signed[on_face]
+        bins = int(np.clip(np.sqrt(len(signed) / _POINTS_PER_BIN), 2, _MAX_BINS))
         low, high = np.transpose(surface.domain)
-        row, col = np.clip((self.uv - low) / (high - low) * bins, 0, bins - 1).astype(int).T
+        row, col = np.clip((measured - low) / (high - low) * bins, 0, bins - 1).astype(int).T
         cell, shape = row * bins + col, bins * bins
         counts: NDArray[np.float64]
         sums: NDArray[np.float64]
         counts = np.bincount(cell, minlength=shape).astype(float).reshape(bins, bins)
-        sums = np.bincount(cell, self.signed, minlength=shape).astype(float).reshape(bins, bins)
-        # Fractional indices of the parameters between the centers of bins.
-        at_u = (u - low[0]) / (high[0] - low[0]) * bins - 0.5
-        at_v = (v - low[1]) / (high[1] - low[1]) * bins - 0.5
-        weight, total = (_sampled(_smoothed(grid), at_u, at_v) for grid in (counts, sums))
+        sums = np.bincount(cell, signed, minlength=shape).astype(float).reshape(bins, bins)
+        # Fractional indices of the places between the centers of bins.
+        at = (uv - low) / (high - low) * bins - 0.5
+        weight, total = (_sampled(_smoothed(grid), at) for grid in (counts, sums))
         return np.divide(total, weight, out=np.full_like(total, np.nan), where=weight > 1e-9)
 
 
@@ -179,16 +185,16 @@ def _smoothed(grid: NDArray[np.float64]) -> NDArray[np.float64]:
     return grid
 
 
-def _sampled(
-    grid: NDArray[np.float64], rows: NDArray[np.float64], cols: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Interpolate a grid linearly, with constant values beyond its border."""
-    for places in (rows, cols):
-        places = np.clip(places, 0, len(grid) - 1)
-        first = np.minimum(places.astype(int), len(grid) - 2)
-        share = (places - first)[:, None]
-        grid = ((1 - share) * grid[first] + share * grid[first + 1]).T
-    return grid
+def _sampled(grid: NDArray[np.float64], places: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Interpolate a square grid bilinearly, with constant values beyond its border."""
+    places = np.clip(places, 0, len(grid) - 1)
+    first = np.minimum(places.astype(int), len(grid) - 2)
+    (row, col), (down, right) = first.T, (places - first).T
+    upper, lower = (
+        (1 - right) * grid[at, col] + right * grid[at, col + 1] for at in (row, row + 1)
+    )
+    values: NDArray[np.float64] = (1 - down) * upper + down * lower
+    return values
 
 
 def sampled(shell: Shell, count: int = SAMPLES) -> NDArray[np.float64]:

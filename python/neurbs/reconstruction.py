@@ -6,7 +6,7 @@ import dataclasses
 import functools
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from neurbs import _core, candidate, diagnostics
 from neurbs._core import NeurbsError
-from neurbs.choices import Backend, SurfaceColor
+from neurbs.choices import Backend, SurfaceColor, ViewChoice
 from neurbs.errors import argument_error
 from neurbs.reconstruction_report import Report, TrimReport
 from neurbs.renamed import missing_attribute
@@ -136,9 +136,13 @@ class Reconstruction:
         tolerance: float | None = None,
         unit: str = "",
         isolines: int = 20,
+        view: ViewChoice = "iso",
+        size: Sequence[float] | None = None,
+        dpi: float = 100.0,
+        exaggeration: float | None = None,
         backend: Backend = "matplotlib",
     ) -> Any:
-        """Draw points, lattice and surface: see `neurbs.plot.plot_reconstruction`."""
+        """Draw points, lattice and faces: see `neurbs.plot.plot_reconstruction`."""
         from neurbs.plot import plot_reconstruction
 
         return plot_reconstruction(
@@ -147,6 +151,10 @@ class Reconstruction:
             tolerance=tolerance,
             unit=unit,
             isolines=isolines,
+            view=view,
+            size=size,
+            dpi=dpi,
+            exaggeration=exaggeration,
             backend=backend,
         )
 
@@ -157,11 +165,12 @@ class Reconstruction:
         tolerance: float | None = None,
         unit: str = "",
         source: str | os.PathLike[str] | None = None,
+        command: str | None = None,
     ) -> None:
-        """Write a page with surface, deviations and settings: see `neurbs.report.write`."""
+        """Write a page with verdict, faces, deviations and settings: see `neurbs.report.write`."""
         from neurbs import report
 
-        report.write(self, path, tolerance=tolerance, unit=unit, source=source)
+        report.write(self, path, tolerance=tolerance, unit=unit, source=source, command=command)
 
     def _repr_html_(self) -> str:
         from neurbs.plot import reconstruction_html

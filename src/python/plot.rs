@@ -1,7 +1,7 @@
 //! `neurbs.NurbsSurface`: plots, drawn by the Python module `neurbs.plot`.
 
 use pyo3::prelude::*;
-use pyo3::types::{IntoPyDict, PyString};
+use pyo3::types::PyDict;
 
 use super::surface::NurbsSurface;
 
@@ -24,6 +24,15 @@ impl NurbsSurface {
     ///     Number of isoparametric lines across the longer direction; 0 for none.
     /// control_net : bool, default False
     ///     Whether to draw the control net.
+    /// view : {"iso", "top", "front", "side"}, default "iso"
+    ///     The direction of the viewer.
+    /// size : (float, float), optional
+    ///     Width and height in inches; by default without empty space.
+    /// dpi : float, default 100
+    ///     Dots per inch.
+    /// exaggeration : float, optional
+    ///     The factor by which heights are drawn longer; 1 is to scale. By default only heights that
+    ///     would hardly be seen are drawn longer.
     /// backend : {"matplotlib", "pyvista"}, default "matplotlib"
     ///     The library that draws.
     ///
@@ -35,26 +44,17 @@ impl NurbsSurface {
     /// ------
     /// NeurbsError
     ///     If an option has another value than those listed.
-    #[pyo3(signature = (points=None, *, color=None, tolerance=None, unit="", isolines=20,
-                        control_net=false, backend="matplotlib"))]
-    #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
+    #[pyo3(signature = (points=None, **options),
+           text_signature = "($self, points=None, *, color=None, tolerance=None, unit='', \
+                             isolines=20, control_net=False, view='iso', size=None, dpi=100.0, \
+                             exaggeration=None, backend='matplotlib')")]
     fn plot<'py>(
         slf: &Bound<'py, Self>,
         points: Option<Bound<'py, PyAny>>,
-        color: Option<Bound<'py, PyAny>>,
-        tolerance: Option<Bound<'py, PyAny>>,
-        unit: &str,
-        isolines: u32,
-        control_net: bool,
-        backend: &str,
+        options: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let py = slf.py();
-        let options = [("color", color), ("tolerance", tolerance)].into_py_dict(py)?;
-        options.set_item("unit", PyString::new(py, unit))?;
-        options.set_item("isolines", isolines)?;
-        options.set_item("control_net", control_net)?;
-        options.set_item("backend", backend)?;
-        py.import("neurbs.plot")?.getattr("plot_surface")?.call((slf, points), Some(&options))
+        let plot = slf.py().import("neurbs.plot")?;
+        plot.getattr("plot_surface")?.call((slf, points), options)
     }
 
     /// Show the surface in a notebook, as a small image and a table.

@@ -147,6 +147,22 @@ def result() -> neurbs.Reconstruction:
     return neurbs.reconstruct(points, grid=(9, 7))
 
 
+@pytest.fixture(scope="session")
+def disc() -> neurbs.Reconstruction:
+    """Reconstruct a disc with a hole."""
+    u, v = np.random.default_rng(3).uniform(-1, 1, (2, 3000))
+    kept = (np.hypot(u, v) < 1) & (np.hypot(u - 0.3, v) > 0.35)
+    x, y = 50 * u[kept], 50 * v[kept]
+    return neurbs.reconstruct(np.column_stack([x, y, 0.002 * x * y]), grid=(6, 6))
+
+
+@pytest.fixture
+def square(rng: np.random.Generator) -> NDArray[np.float64]:
+    """Make points over the unit square."""
+    x, y = rng.random((2, 200))
+    return np.column_stack([x, y, x * y])
+
+
 @pytest.fixture
 def points_file(tmp_path: Path, terrain_points: NDArray[np.float64]) -> Path:
     """Write `terrain_points` to a text file."""

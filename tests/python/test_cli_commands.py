@@ -191,6 +191,32 @@ def test_a_view_is_written(
     assert "'--color': must be one of height" in done.err
 
 
+def test_views_of_all_contents_have_the_size_that_is_given(
+    surface_file: Path, points_file: Path, tmp_path: Path, command: Command
+) -> None:
+    from matplotlib.image import imread
+
+    surface = neurbs.load_surface(surface_file)
+    half = surface.domain[0][1] / 2
+    uv = np.random.default_rng(0).random((900, 2)) * [half, surface.domain[1][1]]
+    neurbs.save(neurbs.trim(surface, uv), tmp_path / "shell.json")
+    words = ["--view", "top", "--size", "4", "3", "--dpi", "50", "--exaggeration", "2"]
+    for name in (surface_file, points_file, tmp_path / "shell.json"):
+        picture = tmp_path / "picture.png"
+        assert command("view", name, "-o", picture, *words).code == 0
+        assert imread(picture).shape[:2] == (150, 200)
+    color = ["--points", points_file, "--color", "deviation", "--tolerance", "5"]
+    done = command("view", tmp_path / "shell.json", "-o", tmp_path / "a.svg", *color)
+    assert done.code == 0
+    assert (tmp_path / "a.svg").read_text().startswith("<?xml")
+    for name, option in ((points_file, "--isolines=3"), (tmp_path / "shell.json", "--control-net")):
+        done = command("view", name, "-o", tmp_path / "b.png", option)
+        assert done.code == 1
+        assert f"{option.split('=')[0]} must be left out" in done.err
+    done = command("view", surface_file, "-o", tmp_path / "a.gif")
+    assert "must have the suffix .png, .svg, .pdf" in done.err
+
+
 def test_a_window_needs_a_screen(
     surface_file: Path, monkeypatch: pytest.MonkeyPatch, command: Command
 ) -> None:
@@ -215,8 +241,9 @@ def test_the_report_is_written(points_file: Path, tmp_path: Path, command: Comma
     done = command("reconstruct", points_file, "-o", page, "--unit", "m", *QUICK)
     assert done.code == 0
     text = page.read_text(encoding="utf-8")
-    options = "--grid 6 5 --aspect fixed"
-    assert f"neurbs reconstruct {points_file} -o out.step {options}" in text
+    # The whole command, with the options that are no settings of the fit.
+    words = " ".join(QUICK)
+    assert f"<pre>neurbs reconstruct {points_file} -o {page} --unit m {words}</pre>" in text
 
 
 def test_a_shell_is_described_converted_and_tessellated(tmp_path: Path, command: Command) -> None:

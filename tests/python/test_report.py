@@ -16,6 +16,9 @@ from numpy.typing import NDArray
 
 import neurbs
 from neurbs import NeurbsError, Reconstruction
+from neurbs.deviation import Deviation
+from neurbs.diagnostics import Diagnostic
+from neurbs.report.verdict import Verdict, verdict
 
 pytest.importorskip("plotly", reason="plotly is not installed: pip install 'neurbs[report]'")
 
@@ -83,6 +86,8 @@ def test_outliers_are_left_out(result: Reconstruction, tmp_path: Path) -> None:
             "# There is no command for this call, because weights is an array.",
             "weights=weights",
         ),
+        ({"trim": True}, "--trim yes", "trim=True"),
+        ({"trim": False}, "--trim no", "trim=False"),
         ({"seed": 3, "init": "pca"}, "--init pca --seed 3", "init=&#x27;pca&#x27;, seed=3"),
     ],
 )
@@ -101,19 +106,109 @@ def test_the_histogram_has_all_points(page: str) -> None:
     assert numbers(bars["y"]).sum() == pytest.approx(100, abs=1e-4)
 
 
-def test_the_error_falls(page: str, result: Reconstruction) -> None:
-    (curve,) = figures(page)["convergence"]["data"]
-    errors = numbers(curve["y"])
-    assert curve["name"] == "training"
-    assert errors[-1] < errors[0]
-    np.testing.assert_allclose(errors, [error for *_, error in result.history], rtol=1e-6)
+def test_the_chart_belongs_to_the_method(page: str, result: Reconstruction, tmp_path: Path) -> None:
+    # Least squares: the share of points within each distance.
+    (curve,) = figures(page)["chart"]["data"]
+    assert "<h2>Points within a distance</h2>" in page
+    distances, percents = numbers(curve["x"]), numbers(curve["y"])
+    np.testing.assert_allclose(distances[-1], result.deviations.max(), rtol=1e-6)
+    middle = np.percentile(result.deviations, 50)
+    assert np.interp(50, percents, distances) == pytest.approx(middle, rel=1e-5)
+    # The paper's method: its training.
+    paper = neurbs.reconstruct_paper(result.points)
+    paper.write_report(tmp_path / "a.html")
+    of_paper = (tmp_path / "a.html").read_text(encoding="utf-8")
+    (curve,) = figures(of_paper)["chart"]["data"]
+    assert "<h2>Convergence</h2>" in of_paper
+    np.testing.assert_allclose(
+        numbers(curve["y"]), [error for *_, error in paper.history], rtol=1e-6
+    )
 
 
-def numbers(packed: dict[str, str]) -> NDArray[np.float32]:
+def numbers(packed: dict[str, str]) -> NDArray[Any]:
     import base64
 
-    assert packed["dtype"] == "f4"
-    return np.frombuffer(base64.b64decode(packed["bdata"]), dtype="<f4")
+    assert packed["dtype"] in ("f4", "i4")
+    return np.frombuffer(base64.b64decode(packed["bdata"]), dtype=f"<{packed['dtype']}")
+
+
+# Verdict
+
+
+def judged(result: Reconstruction, **options: Any) -> Verdict:
+    return verdict(result, Deviation.of_result(result), options.get("tolerance"), "mm")
+
+
+def test_a_good_result_is_called_good(disc: Reconstruction) -> None:
+    found = judged(disc, tolerance=0.1)
+    assert (found.level, found.title) == ("good", "Good to use")
+    assert found.answers["Tolerance kept?"] == "Yes: all points lie within 0.1 mm."
+    assert found.answers["Left out?"].startswith("Nothing: all")
+    assert re.match(r"Yes: the face has 1 hole and an area of \d+ mm²", found.answers["Trimmed?"])
+    assert found.answers["What to do?"] == "Nothing."
+
+
+def test_a_tolerance_that_is_missed_comes_first(result: Reconstruction) -> None:
+    middle = float(np.median(result.deviations))
+    found = judged(result, tolerance=middle)
+    assert (found.level, found.title) == ("bad", "The tolerance is not kept")
+    assert (
+        f"200 are farther away, by up to {result.deviations.max():.4g} mm."
+        in (found.answers["Tolerance kept?"])
+    )
+    assert "Raise the tolerance" in found.answers["What to do?"]
+
+
+def test_a_surface_with_defects_is_called_not_valid(result: Reconstruction) -> None:
+    message = "The surface folds over. Use another `kind`."
+    folded = Diagnostic("folded", message, {}, is_defect=True)
+    report = replace(result.report, valid=False, diagnostics=(folded,))
+    found = judged(replace(result, report=report))
+    assert (found.level, found.title) == ("bad", "The surface is not valid")
+    assert found.answers["Valid?"] == "No: folded."
+    assert found.answers["What to do?"] == "Follow the advice in the warning below."
+
+
+def test_verdict_and_warnings_are_above_the_numbers(result: Reconstruction, tmp_path: Path) -> None:
+    found = Diagnostic("left-out", "3 of 403 points were left out.", {}, is_defect=False)
+    report = replace(result.report, diagnostics=(found,))
+    replace(result, report=report).write_report(tmp_path / "a.html")
+    page = (tmp_path / "a.html").read_text(encoding="utf-8")
+    places = [
+        page.index(words)
+        for words in ("Usable, with warnings", "3 of 403 points were left out.", "class='card'")
+    ]
+    assert places == sorted(places)
+
+
+def test_the_page_says_what_is_not_to_scale(result: Reconstruction, tmp_path: Path) -> None:
+    result.write_report(tmp_path / "a.html")
+    assert "All axes are to scale." in (tmp_path / "a.html").read_text(encoding="utf-8")
+    flat = neurbs.reconstruct(result.points * [1, 1, 0.05], grid=(5, 5))
+    flat.write_report(tmp_path / "a.html")
+    page = (tmp_path / "a.html").read_text(encoding="utf-8")
+    assert re.search(r"Not to scale: axes are drawn longer \(.*z.* × [\d.]+\)", page)
+
+
+def test_the_faces_of_the_page_have_the_hole(disc: Reconstruction, tmp_path: Path) -> None:
+    disc.write_report(tmp_path / "a.html")
+    data = figures((tmp_path / "a.html").read_text(encoding="utf-8"))["view"]["data"]
+    faces = [trace for trace in data if trace["type"] == "mesh3d"]
+    for trace in faces:
+        places = np.stack([numbers(trace[axis]) for axis in "xyz"], axis=1)
+        corners = np.stack([numbers(trace[corner]) for corner in "ijk"], axis=1)
+        centers = places[corners].mean(axis=1)
+        assert np.hypot(centers[:, 0] - 15, centers[:, 1]).min() > 16
+        assert np.hypot(*centers[:, :2].T).max() < 52
+    (lines,) = (trace for trace in data if trace["meta"] == "isolines")
+    x, y = (numbers(lines[axis]) for axis in "xy")
+    assert np.nanmin(np.hypot(x - 15, y)) > 16
+
+
+def test_a_given_command_is_the_one_to_repeat(result: Reconstruction, tmp_path: Path) -> None:
+    words = "neurbs reconstruct a.csv --columns 1,2,3 -o a.html"
+    result.write_report(tmp_path / "a.html", source="a.csv", command=words)
+    assert f"<pre>{words}</pre>" in (tmp_path / "a.html").read_text(encoding="utf-8")
 
 
 def test_digits_far_from_the_origin_are_kept(page: str, result: Reconstruction) -> None:
@@ -127,10 +222,20 @@ def test_holes_are_gray(tmp_path: Path, rng: np.random.Generator) -> None:
     cloud = np.column_stack([x, y, 0.1 * np.sin(5 * x)])
     ring = np.hypot(x - 0.5, y - 0.5) > 0.25
     whole = neurbs.reconstruct(cloud, grid=(8, 8))
-    for inliers, count in ((np.ones(4000, bool), 1), (ring, 2)):
+    for inliers, has_gray in ((np.ones(4000, bool), False), (ring, True)):
         replace(whole, inliers=inliers).write_report(tmp_path / "a.html")
         data = figures((tmp_path / "a.html").read_text(encoding="utf-8"))["view"]["data"]
-        assert [trace["meta"] for trace in data].count("surface") == count
+        (faces,) = (trace for trace in data if trace["type"] == "mesh3d")
+        gray = np.array([text == "no points near" for text in faces["hovertext"]])
+        assert gray.any() == has_gray
+        colors = np.array(
+            [[int(c[i : i + 2], 16) for i in (1, 3, 5)] for c in faces["vertexcolor"]]
+        )
+        # Gray is bluish, and pale places of the scale are yellowish.
+        assert (colors[gray, 2] > colors[gray, 0]).all()
+        if has_gray:
+            x, y = numbers(faces["x"])[gray], numbers(faces["y"])[gray]
+            assert np.hypot(x - 0.5, y - 0.5).max() < 0.3
 
 
 def test_a_large_cloud_is_sampled_and_the_file_stays_small(
@@ -239,7 +344,7 @@ def test_a_browser_shows_and_rotates_the_surface(
     requests: list[str] = []
     page.on("request", lambda request: requests.append(request.url))
     page.goto(report.as_uri())
-    page.wait_for_function("document.getElementById('convergence').data !== undefined")
+    page.wait_for_function("document.getElementById('chart').data !== undefined")
     view = page.locator("#view")
     page.wait_for_selector("#view canvas")
     page.wait_for_timeout(1000)
@@ -247,7 +352,7 @@ def test_a_browser_shows_and_rotates_the_surface(
     # Surface, points and legend are drawn on white.
     assert colored(first) > 0.03
     assert 0.3 < np.mean((first > 250).all(axis=2)) < 0.95
-    for figure in ("#histogram", "#convergence"):
+    for figure in ("#histogram", "#chart"):
         assert np.mean((pixels(page.locator(figure)) < 250).any(axis=2)) > 0.01
 
     view.scroll_into_view_if_needed()
@@ -272,4 +377,20 @@ def test_a_browser_shows_and_rotates_the_surface(
 
     assert complaints == []
     assert [url for url in requests if not url.startswith(("file:", "data:", "blob:"))] == []
+    page.close()
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_page_fits_a_telephone_and_follows_the_theme(
+    scheme: str, report: Path, browser: Any
+) -> None:
+    page = browser.new_page(viewport={"width": 360, "height": 700}, color_scheme=scheme)
+    page.set_default_timeout(PATIENCE)
+    page.goto(report.as_uri())
+    page.wait_for_function("document.getElementById('chart').data !== undefined")
+    assert page.evaluate("document.documentElement.scrollWidth") <= 360
+    background = page.evaluate("document.getElementById('chart').layout.paper_bgcolor")
+    assert background == {"light": "#ffffff", "dark": "#1d242b"}[scheme]
+    image = pixels(page.locator("section.verdict"))
+    assert (np.median(image) > 128) == (scheme == "light")
     page.close()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -76,13 +77,20 @@ def print_table(lines: dict[str, str]) -> None:
     print("\n".join(aligned(seen.items())), flush=True)
 
 
+def repeated(context: typer.Context) -> str:
+    """Return the whole command line, quoted for a shell."""
+    return shlex.join(["neurbs", *(context.find_root().obj or ())])
+
+
 def _run(arguments: list[str]) -> int:
     """Run a command and return its exit code; an exception becomes a message."""
     code, kind, message = INTERRUPTED, "KeyboardInterrupt", "interrupted"
     try:
         with _interrupts_raised(), warnings_printed():
             program = typer.main.get_command(app)
-            returned = program.main(arguments, prog_name="neurbs", standalone_mode=False)
+            returned = program.main(
+                arguments, prog_name="neurbs", standalone_mode=False, obj=tuple(arguments)
+            )
         # Typer returns this code after Ctrl-C.
         if returned != INTERRUPTED:
             return int(returned or 0)

@@ -15,7 +15,7 @@ import typer
 
 import neurbs
 from neurbs import Reconstruction, io
-from neurbs.cli.command import FAILED, NOT_MET, print_json, print_table
+from neurbs.cli.command import FAILED, NOT_MET, print_json, print_table, repeated
 from neurbs.cli.completion import of_suffixes, of_words
 from neurbs.cli.inputs import check_points, read_point_cloud
 from neurbs.cli.messages import failure, option_argument, with_options
@@ -108,7 +108,7 @@ def run(
                 found = function(cloud, progress=progress, **given)
             results = _numbered(found, targets)
             for result, written in results:
-                _write(result, written, file)
+                _write(result, written, file, repeated(context))
         except (neurbs.NeurbsError, OSError, MemoryError) as error:
             wrong_option = isinstance(error, neurbs.NeurbsError) and option_argument(context, error)
             if wrong_option or not batch:
@@ -201,11 +201,11 @@ def _numbered(
     ]
 
 
-def _write(result: Reconstruction, targets: list[Path], source: Path) -> None:
-    """Write the files of a result."""
+def _write(result: Reconstruction, targets: list[Path], source: Path, command: str) -> None:
+    """Write the files of a result; `command` is for the report."""
     for target in targets:
         if target.suffix.lower() in io.WRITABLE["report"]:
-            result.write_report(target, source=source)
+            result.write_report(target, source=source, command=command)
         else:
             neurbs.save(result, target)
 

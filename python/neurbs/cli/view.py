@@ -9,15 +9,16 @@ from typing import Annotated, Any
 
 import typer
 
-from neurbs import NeurbsError, PointCloud
+from neurbs import NeurbsError, PointCloud, io
 from neurbs.choices import Backend
 from neurbs.cli.command import command, print_table
 from neurbs.cli.completion import of_suffixes
 from neurbs.cli.config import Config
 from neurbs.cli.inputs import Columns, File, Nan, load, only_surface, read_points
-from neurbs.cli.options import FILES, Option, Quiet, options_of, values
+from neurbs.cli.options import FILES, Option, Quiet, flag, options_of, values
 from neurbs.io.units import file_unit
 from neurbs.plot import plot_points, plot_shell, plot_surface, save_picture
+from neurbs.plot.standard_view import VIEWS
 
 OPTIONS = (
     Option(
@@ -35,9 +36,30 @@ OPTIONS = (
     ),
     Option("unit", "Name of the points' unit, for the legend"),
     Option("isolines", "Isoparametric lines across the longer direction; 0 for none", "N"),
-    Option("control_net", "Draw the control net too", ""),
+    Option("control_net", "Draw the control net of a surface too", ""),
+    Option(
+        "view",
+        "Direction of the viewer: at an angle from above, or along z, y or x",
+        choices=tuple(VIEWS),
+    ),
+    Option(
+        "size",
+        "Width and height of the picture in inches",
+        "N N",
+        default="without empty space",
+    ),
+    Option("dpi", "Dots per inch", "N"),
+    Option(
+        "exaggeration",
+        "Factor by which heights are drawn longer; 1 is to scale",
+        "NUMBER",
+        default="1, unless heights would hardly be seen",
+    ),
 )
 """Options of `neurbs.plot.plot_surface`."""
+
+_OF_POINTS = ("unit", "view", "size", "dpi", "exaggeration")
+"""Options that pictures of points have, too."""
 
 
 @command(
@@ -63,9 +85,9 @@ def view(
         typer.Option(
             "--output",
             "-o",
-            metavar="OUT.png",
-            help="Write a picture and open no window",
-            autocompletion=of_suffixes(".png"),
+            metavar="OUT",
+            help=f"Write a picture ({' '.join(io.WRITABLE['picture'])}) and open no window",
+            autocompletion=of_suffixes(*io.WRITABLE["picture"]),
             rich_help_panel=FILES,
         ),
     ] = None,
@@ -76,9 +98,10 @@ def view(
     **options: Any,
 ) -> None:
     """Run `neurbs.plot.plot_surface`, `plot_shell` or `plot_points` on the content of a file."""
-    if output is not None and output.suffix.lower() != ".png":
+    if output is not None and output.suffix.lower() not in io.WRITABLE["picture"]:
+        suffixes = ", ".join(io.WRITABLE["picture"])
         raise typer.BadParameter(
-            f"{output}: must have the suffix .png", ctx=context, param_hint="'--output'"
+            f"{output}: must have the suffix {suffixes}", ctx=context, param_hint="'--output'"
         )
     if output is None:
         _check_display()
@@ -87,20 +110,26 @@ def view(
     unit = file_unit(thing.unit)
     cloud = None if points is None else read_points(points, columns, nan, unit)
     if isinstance(thing, PointCloud):
-        drawn = plot_points(thing.points, backend=backend)
+        _refuse(file, "points", [name for name in given if name not in _OF_POINTS])
+        drawn = plot_points(thing.points, backend=backend, **given)
     elif surface := only_surface(thing):
-        drawn = plot_surface(surface, cloud, backend=backend, **{"unit": thing.unit or "", **given})
-    elif given:
-        names = ", ".join(f"--{name.replace('_', '-')}" for name in given)
-        raise NeurbsError(f"{file}: {names} must be left out: the file has a shell, not a surface")
+        drawn = plot_surface(surface, cloud, backend=backend, **given)
     else:
-        drawn = plot_shell(thing, cloud, backend=backend)
+        _refuse(file, "a shell", [name for name in given if name == "control_net"])
+        drawn = plot_shell(thing, cloud, backend=backend, **given)
     if output is None:
         drawn.show(title=str(file))
         return
     save_picture(drawn, output)
     if not quiet:
         print_table({"written": str(output)})
+
+
+def _refuse(file: Path, content: str, names: list[str]) -> None:
+    """Raise if there are options that the content of a file does not have."""
+    if names:
+        words = ", ".join(map(flag, names))
+        raise NeurbsError(f"{file}: {words} must be left out: the file has {content}")
 
 
 def _check_display() -> None:

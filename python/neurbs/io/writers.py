@@ -64,8 +64,9 @@ def save(
     ``.ply`` ``.csv``
         A `PointCloud` with its normals, colors and distances. For a `Reconstruction`, ``.csv`` has
         the points with their distances to the surface.
-    ``.png``
-        A picture of a `Reconstruction`: points, lattice and surface.
+    ``.png`` ``.svg`` ``.pdf``
+        A picture of a `Reconstruction`: points, lattice and faces. The last two have letters and
+        lines as vectors; the faces are an image in them.
     ``.html``
         The report of a `Reconstruction`; `Reconstruction.write_report` has options for it.
 
@@ -272,11 +273,14 @@ def _write_report(result: Reconstruction, path: str, unit: str | None) -> None:
     write_page(result, path, unit=unit or "")
 
 
-def _write_png(result: Reconstruction, path: str, unit: str | None) -> None:
-    from neurbs.plot import plot_reconstruction
+def _write_picture(result: Reconstruction, path: str, unit: str | None, *, suffix: str) -> None:
+    from neurbs.plot.figures import plot_reconstruction, write_picture
 
-    plot_reconstruction(result, unit=unit or "").savefig(path, format="png", dpi="figure")
+    write_picture(plot_reconstruction(result, unit=unit or ""), path, suffix)
 
+
+_PICTURES = (".png", ".svg", ".pdf")
+"""Suffixes of pictures."""
 
 _FORMATS: dict[str, dict[str, Callable[..., None]]] = {
     ".step": {"shell": _write_step},
@@ -292,7 +296,7 @@ _FORMATS: dict[str, dict[str, Callable[..., None]]] = {
     ".vtp": {"mesh": write_vtp},
     ".off": {"mesh": write_off},
     ".csv": {"points": write_csv},
-    ".png": {"picture": _write_png},
+    **{suffix: {"picture": partial(_write_picture, suffix=suffix)} for suffix in _PICTURES},
     ".html": {"report": _write_report},
 }
 """For each suffix the parts of an object that it can store, with their writers."""
@@ -303,13 +307,13 @@ _NAMES = {"shell": "surface or a shell"}
 _IN_UNIT = (_write_step, _write_iges, write_3dm, write_glb, write_shells, write_json)
 """Writers of files whose unit is one of `LENGTH_UNITS`."""
 
-_WITH_NAME = (write_ply, _write_report, _write_png)
+_WITH_NAME = (write_ply, _write_report, *(_FORMATS[suffix]["picture"] for suffix in _PICTURES))
 """Writers that take the name of any unit. The unit of points is theirs."""
 
 _DRAWN = ("picture", "report")
 """Parts whose numbers are not converted."""
 
-_LIBRARIES = {".3dm": "rhino3dm", ".html": "plotly", ".png": "matplotlib"}
+_LIBRARIES = {".3dm": "rhino3dm", ".html": "plotly", **dict.fromkeys(_PICTURES, "matplotlib")}
 """The library that a format needs."""
 
 WRITABLE = {

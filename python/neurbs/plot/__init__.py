@@ -7,12 +7,12 @@ is drawn: ``pip install 'neurbs[plot,view]'``.
 
 from neurbs.plot.animation import animate
 from neurbs.plot.figures import (
-    plot_map,
     plot_points,
     plot_reconstruction,
     plot_surface,
     save_picture,
 )
+from neurbs.plot.maps import plot_map
 from neurbs.plot.notebook import map_html, reconstruction_html, surface_html
 from neurbs.plot.shells import plot_shell
 

@@ -17,8 +17,9 @@ from neurbs._core import NeurbsError
 from neurbs.errors import argument_error
 from neurbs.extras import require
 from neurbs.io.atomic_write import atomic_write
-from neurbs.plot.axes_box import INK, AxesBox, add_panel, new_figure, sample
+from neurbs.plot.axes_box import INK, AxesBox, sample
 from neurbs.plot.matplotlib_scene import draw_lines, draw_points
+from neurbs.plot.panel import add_panel, new_figure
 
 if TYPE_CHECKING:
     from neurbs import SelfOrganizingMap
@@ -99,7 +100,8 @@ def animate(
     edges = np.array(som.lattice_.edges)
     figure = new_figure(_SIDE, _SIDE, _DPI)
     box = AxesBox.around(points, *lattices)
-    axes = add_panel(figure, box, "", 0.0, 0.95)
+    # The labels need room to turn.
+    axes = add_panel(figure, box, "", 0.06, 0.88)
     draw_points(axes, points[sample(len(points), _MAX_POINTS)])
     lines = draw_lines(axes, lattices[0][edges], float(np.clip(24 / len(edges) ** 0.5, 0.4, 1.1)))
     caption = figure.text(0.5, 0.92, "", ha="center", size=13, color=INK)

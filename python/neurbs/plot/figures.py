@@ -1,4 +1,4 @@
-"""Figures of a reconstruction, a surface, a map and points."""
+"""Figures of a reconstruction, a surface and points."""
 
 from __future__ import annotations
 
@@ -7,30 +7,30 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from neurbs import _core
-from neurbs.choices import Backend, SurfaceColor
+from neurbs._core import NeurbsError
+from neurbs.choices import Backend, SurfaceColor, ViewChoice
 from neurbs.deviation import Deviation
-from neurbs.errors import argument_error
+from neurbs.io import WRITABLE
 from neurbs.io.atomic_write import atomic_write
-from neurbs.plot.axes_box import AxesBox, add_panel, new_figure
-from neurbs.plot.coloring import Coloring
-from neurbs.plot.matplotlib_scene import POINT, draw_lines, draw_net, draw_points, draw_surface
+from neurbs.plot import pyvista_scene
+from neurbs.plot.maps import grid_size
+from neurbs.plot.matplotlib_scene import draw_net, draw_points, draw_shell
+from neurbs.plot.panel import add_panel, figure_of_panels, panel_scale
+from neurbs.plot.picture import Picture
+from neurbs.plot.shells import colored, is_pyvista, picture_of
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from matplotlib.figure import Figure
 
-    from neurbs import NurbsSurface, Reconstruction, SelfOrganizingMap
+    from neurbs import NurbsSurface, Reconstruction, Shell
 
-_PANEL, _LEGEND, _DPI = 8.0, 1.2, 100.0
-"""Widths of a panel and of a legend in inches, and dots per inch."""
-
-_NODE_COLORS = ("u-matrix", "hits")
-"""Quantities that the colors of a map's cells show."""
-
-_CELLS = ("#f4f3ee", "#c9d8d2", "#7fae9f", "#3c7f7a", "#174d57", "#0c2a36")
-"""Palette of the cells of a map."""
+_VECTOR_DPI = 200.0
+"""Dots per inch of the images in files of vectors: surfaces with tens of thousands of facets."""
 
 
 def plot_reconstruction(
@@ -40,12 +40,17 @@ def plot_reconstruction(
     tolerance: float | None = None,
     unit: str = "",
     isolines: int = 20,
+    view: ViewChoice = "iso",
+    size: Sequence[float] | None = None,
+    dpi: float = 100.0,
+    exaggeration: float | None = None,
     backend: Backend = "matplotlib",
 ) -> Any:
-    """Draw the points with the trained lattice, and the surface beside them.
+    """Draw the points with the trained lattice, and the faces beside them.
 
-    An axis shorter than a quarter of the longest, such as the height of terrain, is drawn with the
-    length of that quarter, and its label gives the factor. All other proportions are true.
+    Points that were left out of the fit are not drawn. Parts are drawn to scale. Heights that would
+    hardly be seen, such as those of terrain, are drawn longer, and the label of z gives the factor;
+    so are axes whose units differ.
 
     Parameters
     ----------
@@ -59,11 +64,21 @@ def plot_reconstruction(
         The deviation at the ends of the color scale, in the points' unit; by default the 99th
         percentile of the shown values.
     unit : str, default ""
-        Name of the points' unit, for the legend; by default that of the result.
+        Name of the points' unit, for the legend; by default that of the result. With a unit of
+        parts (mm, cm or in) heights are to scale.
     isolines : int, default 20
         Isoparametric lines across the longer direction; 0 for none.
+    view : {"iso", "top", "front", "side"}, default "iso"
+        The direction of the viewer: at an angle from above; along z, x to the right; along y, x to
+        the right; along x, y to the right.
+    size : (float, float), optional
+        Width and height in inches; by default without empty space.
+    dpi : float, default 100
+        Dots per inch.
+    exaggeration : float, optional
+        The factor by which heights are drawn longer; 1 is to scale.
     backend : {"matplotlib", "pyvista"}, default "matplotlib"
-        The library that draws. PyVista shows surface and points in a window that is turned with
+        The library that draws. PyVista shows faces and points in a window that is turned with
         the mouse.
 
     Returns
@@ -86,41 +101,36 @@ def plot_reconstruction(
     ['z', 'z']
     """
     unit = unit or result.unit or ""
+    picture = Picture(view, size, dpi, exaggeration, unit)
     deviation = Deviation.of_result(result) if color == "deviation" else None
+    points = result.points[result.inliers]
     if is_pyvista(backend):
-        from neurbs.plot.pyvista_scene import surface_plotter
-
-        return surface_plotter(
-            result.surface,
-            color,
-            points=result.points,
+        return picture_of(
+            result.shell,
+            picture,
+            "",
+            color=color,
+            points=points,
             deviation=deviation,
             tolerance=tolerance,
-            unit=unit,
             isolines=isolines,
+            backend=backend,
         )
-    box = AxesBox.around(result.points, result.mesh.vertices)
-    figure = new_figure(2 * _PANEL + _legend_width(color), box.height * _PANEL, _DPI)
+    box = picture.box(points, np.array(result.shell.bounding_box()))
+    drawn, colors = colored(result.shell, box, color, isolines, unit, tolerance, deviation)
+    figure, share = figure_of_panels(box, 2, picture, legend=bool(colors and colors.label))
+    scale = panel_scale(figure, share)
     lattice = result.som.codebook_
-    share = _PANEL / figure.get_figwidth()
-    title = f"{len(result.points):,} points, {_size(lattice)} lattice"
-    left = add_panel(figure, box, title, 0.0, share)
-    draw_points(left, result.points)
-    draw_net(left, lattice)
-    surface = result.surface
-    right = add_panel(figure, box, _surface_title(surface), share, share)
-    scale = draw_surface(
-        right,
-        box,
-        surface,
-        color,
-        points=result.points if color == "height" else None,
-        deviation=deviation,
-        tolerance=tolerance,
-        unit=unit,
-        isolines=isolines,
-    )
-    scale.add_legend(figure, 2 * share)
+    left_out = len(result.points) - len(points)
+    counts = f"{len(points):,} points" + (f" ({left_out:,} left out)" if left_out else "")
+    left = add_panel(figure, box, f"{counts}, {grid_size(lattice)} lattice", 0.0, share)
+    right = add_panel(figure, box, _title(result.surface, result.shell), share, share)
+    draw_points(left, points, scale)
+    draw_net(left, lattice, scale=scale)
+    shown = points if color == "height" else None
+    draw_shell(right, box, drawn, colors, points=shown, scale=scale)
+    if colors is not None:
+        colors.add_legend(figure, 2 * share)
     return figure
 
 
@@ -133,6 +143,10 @@ def plot_surface(
     unit: str = "",
     isolines: int = 20,
     control_net: bool = False,
+    view: ViewChoice = "iso",
+    size: Sequence[float] | None = None,
+    dpi: float = 100.0,
+    exaggeration: float | None = None,
     backend: Backend = "matplotlib",
 ) -> Any:
     """Draw a surface; `NurbsSurface.plot` is this function.
@@ -154,6 +168,8 @@ def plot_surface(
         Isoparametric lines across the longer direction; 0 for none.
     control_net : bool, default False
         Whether to draw the control net.
+    view, size, dpi, exaggeration
+        As for `plot_reconstruction`.
     backend : {"matplotlib", "pyvista"}, default "matplotlib"
         The library that draws.
 
@@ -176,107 +192,40 @@ def plot_surface(
     cloud = None if points is None else _core.as_points(points)
     if color is None:
         color = "height" if cloud is None else "deviation"
-    needed = color == "deviation" and cloud is not None
-    deviation = Deviation.of(surface, cloud) if needed and cloud is not None else None
-    if is_pyvista(backend):
-        from neurbs.plot.pyvista_scene import surface_plotter
-
-        return surface_plotter(
-            surface,
-            color,
-            points=cloud,
-            deviation=deviation,
-            tolerance=tolerance,
-            unit=unit,
-            isolines=isolines,
-            control_net=control_net,
-        )
-    net = surface.control_points
-    drawn = [surface.tessellate(shape=(60, 60)).vertices]
-    drawn += [net.reshape(-1, 3)] if control_net else []
-    drawn += [] if cloud is None else [cloud]
-    box = AxesBox.around(*drawn)
-    figure = new_figure(1.1 * _PANEL + _legend_width(color), box.height * _PANEL, _DPI)
-    share = 1.1 * _PANEL / figure.get_figwidth()
-    axes = add_panel(figure, box, _surface_title(surface), 0.0, share)
-    scale = draw_surface(
-        axes,
-        box,
-        surface,
-        color,
+    measured = color == "deviation" and cloud is not None
+    shell = _core.Shell(surface)
+    return picture_of(
+        shell,
+        Picture(view, size, dpi, exaggeration, unit),
+        _title(surface, shell),
+        color=color,
         points=cloud,
-        deviation=deviation,
+        deviation=Deviation.of(surface, cloud) if measured and cloud is not None else None,
         tolerance=tolerance,
-        unit=unit,
         isolines=isolines,
+        net=surface.control_points if control_net else None,
+        backend=backend,
     )
-    if control_net:
-        draw_net(axes, net, POINT)
-    scale.add_legend(figure, share)
-    return figure
 
 
-def plot_map(
-    som: SelfOrganizingMap, points: ArrayLike | None = None, *, color: str | None = None
-) -> Figure:
-    """Draw a trained map; `SelfOrganizingMap.plot` is this function.
-
-    Parameters
-    ----------
-    som : SelfOrganizingMap
-        A trained map.
-    points : array_like of shape (n, 3), optional
-        Points to draw with the map.
-    color : {"u-matrix", "hits"}, optional
-        The quantity that the colors of the cells show: the mean distance of a node to its
-        neighbors, or the number of points nearest to it.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-
-    Raises
-    ------
-    NeurbsError
-        If `color` is unknown, ``"hits"`` is given without points, or the lattice is a graph, which
-        has no cells.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import neurbs
-    >>> points = np.random.default_rng(0).random((500, 3)) * [2, 1, 0.1]
-    >>> som = neurbs.SelfOrganizingMap(8, 6).fit(points)
-    >>> som.plot(points, color="u-matrix").texts[0].get_text()
-    '8 × 6 lattice, 500 points'
-    """
-    cloud = None if points is None else _core.as_points(points)
-    nodes = som.codebook_.reshape(-1, 3)
-    box = AxesBox.around(nodes, *([] if cloud is None else [cloud]))
-    # A graph has no rows and columns.
-    name = f"{_size(som.codebook_)} lattice" if som.codebook_.ndim == 3 else f"{len(nodes)} nodes"
-    title = name if cloud is None else f"{name}, {len(cloud):,} points"
-    figure = new_figure(1.1 * _PANEL + (_LEGEND if color else 0.0), box.height * _PANEL, _DPI)
-    share = 1.1 * _PANEL / figure.get_figwidth()
-    axes = add_panel(figure, box, title, 0.0, share)
-    if cloud is not None:
-        draw_points(axes, cloud)
-    if color is not None:
-        scale = _node_values(som, cloud, color)
-        _draw_cells(axes, som.codebook_, scale)
-        scale.add_legend(figure, share)
-    width = float(np.clip(24 / np.sqrt(len(nodes)), 0.3, 1.1))
-    draw_lines(axes, nodes[np.array(som.lattice_.edges)], width)
-    return figure
-
-
-def plot_points(points: ArrayLike, *, backend: Backend = "matplotlib") -> Any:
+def plot_points(
+    points: ArrayLike,
+    *,
+    unit: str = "",
+    view: ViewChoice = "iso",
+    size: Sequence[float] | None = None,
+    dpi: float = 100.0,
+    exaggeration: float | None = None,
+    backend: Backend = "matplotlib",
+) -> Any:
     """Draw points, or a sample of many.
 
     Parameters
     ----------
     points : array_like of shape (n, 3) or (n, 2)
         The points.
+    unit, view, size, dpi, exaggeration
+        As for `plot_reconstruction`.
     backend : {"matplotlib", "pyvista"}, default "matplotlib"
         The library that draws.
 
@@ -285,75 +234,58 @@ def plot_points(points: ArrayLike, *, backend: Backend = "matplotlib") -> Any:
     matplotlib.figure.Figure or pyvista.Plotter
     """
     cloud = _core.as_points(points)
+    picture = Picture(view, size, dpi, exaggeration, unit)
+    box = picture.box(cloud)
     if is_pyvista(backend):
-        from neurbs.plot.pyvista_scene import points_plotter
-
-        return points_plotter(cloud)
-    box = AxesBox.around(cloud)
-    figure = new_figure(1.1 * _PANEL, box.height * _PANEL, _DPI)
-    draw_points(add_panel(figure, box, f"{len(cloud):,} points"), cloud)
+        return pyvista_scene.points_plotter(box, cloud, picture)
+    figure, share = figure_of_panels(box, 1, picture, legend=False)
+    axes = add_panel(figure, box, f"{len(cloud):,} points", 0.0, share)
+    draw_points(axes, cloud, panel_scale(figure, share))
     return figure
 
 
 def save_picture(figure: Figure, path: str | os.PathLike[str]) -> None:
-    """Write a figure as PNG; the file is complete or does not exist."""
+    """Write a figure as PNG, SVG or PDF; the file is complete or does not exist.
+
+    Raises
+    ------
+    NeurbsError
+        If the suffix is another.
+    OSError
+        If the file cannot be written.
+    """
     with atomic_write(Path(path)) as new:
-        figure.savefig(new, format="png", dpi="figure")
+        write_picture(figure, new, Path(path).suffix)
 
 
-def _node_values(
-    som: SelfOrganizingMap, points: NDArray[np.float64] | None, color: str
-) -> Coloring:
-    if color not in _NODE_COLORS:
-        raise argument_error("color", f"must be one of {', '.join(_NODE_COLORS)}, got {color!r}")
-    if som.codebook_.ndim != 3:
-        raise argument_error(
-            "color", f"must be None for a graph, which has no cells, got {color!r}"
-        )
-    if color == "hits":
-        if points is None:
-            raise argument_error("color", "must not be 'hits' without points")
-        values, label = som.hits(points).astype(float), "points nearest to a node"
-    else:
-        values, label = som.u_matrix(), "mean distance to the neighbors"
-    return Coloring(values, values.min(), max(values.max(), values.min() + 1e-300), _CELLS, label)
+def write_picture(figure: Figure, path: str, suffix: str) -> None:
+    """Write a figure directly to a file of any name, in the format of a suffix."""
+    import matplotlib
+
+    kind = suffix.lower()
+    if kind not in WRITABLE["picture"]:
+        got = f"the suffix {suffix!r}" if suffix else "no suffix"
+        suffixes = ", ".join(WRITABLE["picture"])
+        raise NeurbsError(f"a picture must have the suffix {suffixes}, got {got}")
+    # The same figure gives the same file: without the date, and with fixed names of its parts.
+    dates = {".png": {}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
+    dpi = figure.dpi if kind == ".png" else max(figure.dpi, _VECTOR_DPI)
+    with matplotlib.rc_context({"svg.hashsalt": "neurbs"}):
+        figure.savefig(path, format=kind[1:], dpi=dpi, metadata=dates[kind])
 
 
-def _draw_cells(axes: Any, lattice: NDArray[np.float64], scale: Coloring) -> None:
-    """Fill the cells of a lattice; each quarter of a cell has the color of its node."""
-    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
-
-    # A lattice of double resolution, whose cells are the quarters.
-    fine = lattice
-    for axis in (0, 1):
-        moved = np.moveaxis(fine, axis, 0)
-        between = (moved[1:] + moved[:-1]) / 2
-        fine = np.moveaxis(np.insert(moved, np.arange(1, len(moved)), between, axis=0), 0, axis)
-    corners = (fine[:-1, :-1], fine[1:, :-1], fine[1:, 1:], fine[:-1, 1:])
-    quarters = np.stack(corners, axis=2).reshape(-1, 4, 3)
-    rows, cols = (np.arange(1, 2 * count - 1) // 2 for count in lattice.shape[:2])
-    colors = scale.rgba()[np.ix_(rows, cols)].reshape(-1, 4)
-    axes.add_collection3d(
-        Poly3DCollection(quarters, facecolors=colors, edgecolors=colors, linewidths=0.4)
-    )
-
-
-def is_pyvista(backend: str) -> bool:
-    """Return whether PyVista draws; raise for a name of no backend."""
-    if backend not in ("matplotlib", "pyvista"):
-        raise argument_error("backend", f"must be 'matplotlib' or 'pyvista', got {backend!r}")
-    return backend == "pyvista"
-
-
-def _legend_width(color: str) -> float:
-    return 0.0 if color in ("height", "zebra") else _LEGEND
-
-
-def _size(grid: NDArray[np.float64]) -> str:
-    return " × ".join(map(str, grid.shape[:2]))
-
-
-def _surface_title(surface: NurbsSurface) -> str:
+def _title(surface: NurbsSurface, shell: Shell) -> str:
     u, v = surface.degree
     degree = f"degree {u}" if u == v else f"degrees {u} and {v}"
-    return f"NURBS surface, {_size(surface.control_points)} control points, {degree}"
+    return f"{_name(shell)}, {grid_size(surface.control_points)} control points, {degree}"
+
+
+def _name(shell: Shell) -> str:
+    """Return what a shell on one surface is."""
+    faces = shell.faces
+    if len(faces) > 1:
+        return f"{len(faces)} NURBS faces"
+    if not faces[0].is_trimmed:
+        return "NURBS surface"
+    holes = len(faces[0].inner)
+    return "NURBS face" + (f" with {holes} hole{'s' * (holes > 1)}" if holes else "")

@@ -10,7 +10,8 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from neurbs.plot.axes_box import number
-from neurbs.plot.figures import plot_map, plot_reconstruction, plot_surface
+from neurbs.plot.figures import plot_reconstruction, plot_surface
+from neurbs.plot.maps import plot_map
 
 if TYPE_CHECKING:
     from neurbs import NurbsSurface, Reconstruction, SelfOrganizingMap

@@ -1,4 +1,4 @@
-"""Pictures of shells: faces in their colors, with their edges."""
+"""Pictures of shells: faces in their colors or by a quantity, with their edges."""
 
 from __future__ import annotations
 
@@ -8,38 +8,37 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from neurbs import _core
-from neurbs.choices import Backend
-from neurbs.extras import require
-from neurbs.plot.axes_box import INK, AxesBox, add_panel, new_figure, sample, view
-from neurbs.plot.figures import is_pyvista
-from neurbs.plot.matplotlib_scene import POINT, brightness, diamonds
+from neurbs.choices import Backend, SurfaceColor, ViewChoice
+from neurbs.deviation import Deviation
+from neurbs.errors import argument_error
+from neurbs.plot import matplotlib_scene, pyvista_scene
+from neurbs.plot.axes_box import INK, AxesBox, number
+from neurbs.plot.coloring import Coloring, coloring
+from neurbs.plot.drawn_shell import DrawnShell
+from neurbs.plot.panel import add_panel, figure_of_panels, panel_scale
+from neurbs.plot.picture import Picture
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from neurbs import Face, Shell
-
-_PANEL, _DPI = 8.8, 100.0
-"""Width of the picture in inches, and dots per inch."""
-
-_FILL = (0.55, 0.68, 0.76)
-"""Color of faces that have none."""
 
 _BORDER = "#b3261e"
 """Color of border edges."""
-
-_SAMPLES = 64
-"""Segments of an edge."""
-
-_MAX_EDGE = 0.02
-"""Longest side of a triangle that is drawn, as a share of the diagonal: longer ones sort badly."""
-
-_MAX_POINTS = 200_000
-"""Most points in a window."""
 
 
 def plot_shell(
     shell: Shell | Face,
     points: ArrayLike | None = None,
     *,
+    color: SurfaceColor | None = None,
+    tolerance: float | None = None,
+    unit: str = "",
+    isolines: int = 0,
+    view: ViewChoice = "iso",
+    size: Sequence[float] | None = None,
+    dpi: float = 100.0,
+    exaggeration: float | None = None,
     backend: Backend = "matplotlib",
 ) -> Any:
     """Draw the faces of a shell, with edges in black and the border in red.
@@ -49,7 +48,14 @@ def plot_shell(
     shell : Shell or Face
         The shell.
     points : array_like of shape (n, 3), optional
-        Points to draw with it.
+        Points to draw with it, and to measure the deviation from the shell.
+    color : {"height", "deviation", "mean", "gaussian", "zebra"}, optional
+        The quantity that colors show, as in `plot_reconstruction`; by default the colors of the
+        faces.
+    tolerance, unit, view, size, dpi, exaggeration
+        As for `plot_reconstruction`.
+    isolines : int, default 0
+        Isoparametric lines across the longer direction of each face; 0 for none.
     backend : {"matplotlib", "pyvista"}, default "matplotlib"
         The library that draws.
 
@@ -70,86 +76,103 @@ def plot_shell(
     >>> plot_shell(tube).texts[0].get_text()
     '1 face, 3 edges, area 12.57'
     """
-    in_window = is_pyvista(backend)
+    picture = Picture(view, size, dpi, exaggeration, unit)
     if isinstance(shell, _core.Face):
         shell = _core.Shell(shell)
     cloud = None if points is None else _core.as_points(points)
-    low, high = shell.bounding_box()
-    # Finer than a picture shows, and short enough to sort by depth.
-    size = float(np.linalg.norm(high - low))
-    mesh = shell.tessellate(max_edge=_MAX_EDGE * size)
-    colors = np.array([face.color or _FILL for face in shell.faces])[mesh.face_index]
-    if in_window:
-        return _plotter(shell, mesh, colors, cloud)
-    return _figure(shell, mesh, colors, cloud)
-
-
-def _figure(
-    shell: Shell,
-    mesh: _core.TriangleMesh,
-    colors: NDArray[np.float64],
-    points: NDArray[np.float64] | None,
-) -> Any:
-    from matplotlib.colors import to_rgba
-    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
-
-    box = AxesBox.around(mesh.vertices, *([] if points is None else [points]))
-    figure = new_figure(_PANEL, box.height * _PANEL, _DPI)
-    axes = add_panel(figure, box, _title(shell))
-    corners = mesh.vertices[mesh.triangles]
-    facets = corners[:, [0, 1, 2, 2]]
-    fills = np.clip(colors * brightness(facets * box.factor)[:, None], 0, 1)
-    fills = np.column_stack([fills, np.ones(len(fills))])
-    toward = 0.5 * _MAX_EDGE * np.linalg.norm(box.drawn) * view()[2] / box.factor
-    lines = [_polyline(edge.curve) for edge in shell.edges]
-    segments = [np.stack([line[:-1], line[1:]], axis=1)[:, [0, 1, 1, 0]] for line in lines]
-    inks = [to_rgba(_BORDER if edge.is_border else INK) for edge in shell.edges]
-    dots = diamonds(points, box)
-    strokes = np.repeat(inks, [len(part) for part in segments], axis=0).reshape(-1, 4)
-    dot_fills = np.tile(to_rgba(POINT), (len(dots), 1))
-    axes.add_collection3d(
-        Poly3DCollection(
-            np.concatenate([facets, *(part + toward for part in segments), dots + 2 * toward]),
-            facecolors=np.concatenate([fills, strokes, dot_fills]),
-            # Edges in the color of the facet close the gaps between facets.
-            edgecolors=np.concatenate([fills, strokes, dot_fills]),
-            linewidths=np.repeat([0.5, 1.2, 0.5], [len(fills), len(strokes), len(dots)]),
-        )
+    measured = color == "deviation" and cloud is not None
+    return picture_of(
+        shell,
+        picture,
+        _title(shell),
+        color=color,
+        points=cloud,
+        deviation=Deviation.of(shell, cloud) if measured and cloud is not None else None,
+        tolerance=tolerance,
+        isolines=isolines,
+        border=_BORDER,
+        backend=backend,
     )
+
+
+def picture_of(
+    shell: Shell,
+    picture: Picture,
+    title: str,
+    *,
+    color: str | None,
+    points: NDArray[np.float64] | None = None,
+    deviation: Deviation | None = None,
+    tolerance: float | None = None,
+    isolines: int = 0,
+    net: NDArray[np.float64] | None = None,
+    border: str = INK,
+    backend: Backend = "matplotlib",
+) -> Any:
+    """Draw a shell in one panel or a window.
+
+    Returns
+    -------
+    matplotlib.figure.Figure or pyvista.Plotter
+    """
+    in_window = is_pyvista(backend)
+    others = [] if points is None else [points]
+    others += [] if net is None else [net.reshape(-1, 3)]
+    box = picture.box(np.array(shell.bounding_box()), *others)
+    drawn, colors = colored(
+        shell, box, color, isolines, picture.unit, tolerance, deviation, in_window=in_window
+    )
+    if in_window:
+        return pyvista_scene.shell_plotter(
+            box, drawn, colors, picture, points=points, net=net, border=border
+        )
+    figure, share = figure_of_panels(box, 1, picture, legend=bool(colors and colors.label))
+    scale = panel_scale(figure, share)
+    axes = add_panel(figure, box, title, 0.0, share)
+    matplotlib_scene.draw_shell(axes, box, drawn, colors, points=points, border=border, scale=scale)
+    if net is not None:
+        matplotlib_scene.draw_net(axes, net, matplotlib_scene.POINT, scale)
+    if colors is not None:
+        colors.add_legend(figure, share)
     return figure
 
 
-def _plotter(
+def colored(
     shell: Shell,
-    mesh: _core.TriangleMesh,
-    colors: NDArray[np.float64],
-    points: NDArray[np.float64] | None,
-) -> Any:
-    pyvista: Any = require("pyvista", "windows")
-    plotter = pyvista.Plotter()
-    plotter.set_background("white")
-    triangles = pyvista.PolyData.from_regular_faces(mesh.vertices, mesh.triangles)
-    triangles["color"] = colors
-    plotter.add_mesh(triangles, scalars="color", rgb=True)
-    for edge in shell.edges:
-        line = pyvista.lines_from_points(_polyline(edge.curve))
-        plotter.add_mesh(line, color=_BORDER if edge.is_border else INK, line_width=2)
-    if points is not None:
-        shown = points[sample(len(points), _MAX_POINTS)]
-        plotter.add_points(shown, color=POINT, point_size=3)
-    plotter.view_isometric()
-    return plotter
+    box: AxesBox,
+    color: str | None,
+    isolines: int,
+    unit: str,
+    tolerance: float | None,
+    deviation: Deviation | None,
+    *,
+    in_window: bool = False,
+) -> tuple[DrawnShell, Coloring | None]:
+    """Divide a shell into triangles and color them; None for the colors of the faces."""
+    facets = matplotlib_scene.FINE_FACETS if color == "zebra" else matplotlib_scene.FACETS
+    drawn = DrawnShell.of(shell, box, pyvista_scene.FACETS if in_window else facets, isolines)
+    if color is None:
+        return drawn, None
+    scale = coloring(
+        drawn, color, view=box.view, deviation=deviation, tolerance=tolerance, unit=unit
+    )
+    return drawn, scale
 
 
-def _polyline(curve: _core.NurbsCurve) -> NDArray[np.float64]:
-    """Return places along a curve."""
-    places: NDArray[np.float64] = curve.evaluate(np.linspace(*curve.domain, _SAMPLES + 1))
-    return places
+def is_pyvista(backend: str) -> bool:
+    """Return whether PyVista draws; raise for a name of no backend."""
+    if backend not in ("matplotlib", "pyvista"):
+        raise argument_error("backend", f"must be 'matplotlib' or 'pyvista', got {backend!r}")
+    return backend == "pyvista"
 
 
 def _title(shell: Shell) -> str:
     faces, edges = len(shell.faces), len(shell.edges)
     counts = [f"{faces:,} face{'s' * (faces != 1)}", f"{edges:,} edge{'s' * (edges != 1)}"]
     if shell.is_closed:
-        return ", ".join([*counts, f"closed, volume {shell.volume(accuracy=1e-6):.4g}"])
-    return ", ".join([*counts, f"area {shell.area(accuracy=1e-6):.4g}"])
+        return ", ".join([*counts, f"closed, volume {_rounded(shell.volume(accuracy=1e-6))}"])
+    return ", ".join([*counts, f"area {_rounded(shell.area(accuracy=1e-6))}"])
+
+
+def _rounded(value: float) -> str:
+    return number(float(f"{value:.4g}"))

@@ -3,27 +3,29 @@
 from __future__ import annotations
 
 import base64
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from neurbs.deviation import Deviation
-from neurbs.plot.axes_box import INK, PALE, AxesBox, sample
-from neurbs.plot.coloring import NO_DATA, SIDES, Coloring, coloring
-from neurbs.plot.matplotlib_scene import NET
+from neurbs.plot.axes_box import PALE, AxesBox, sample
+from neurbs.plot.coloring import SIDES, Coloring, coloring
+from neurbs.plot.drawn_shell import DrawnShell
+from neurbs.plot.matplotlib_scene import NET, lit
 
 if TYPE_CHECKING:
     from neurbs import Reconstruction
 
-_FACETS = 160
-"""Facets along each side of the surface."""
+_FACETS = 90
+"""Triangles along the longest side of the view."""
 
-_LINE_STEP = 8
-"""Facets between two isoparametric lines."""
+_ISOLINES = 20
+"""Isoparametric lines across the longer direction."""
 
 _OFFSET = 0.002
-"""Distance of the isoparametric lines from both sides of the surface, which would hide them. Unit:
+"""Distance of the isoparametric lines from both sides of a face, which would hide them. Unit:
 diagonal of the box."""
 
 MAX_POINTS = 60_000
@@ -32,29 +34,42 @@ MAX_POINTS = 60_000
 _BARS = 60
 """Bars of the histogram."""
 
-_FONT = {"family": "system-ui, sans-serif", "size": 13, "color": INK}
+_FONT = {"family": "system-ui, sans-serif", "size": 13}
+
+EDGE = "#7a8894"
+"""Color of edges and marks: visible in a light and in a dark theme."""
+
+CURVE = "#3f83bd"
+"""Color of curves, visible in both."""
+
+UNKNOWN = "in the unit of the points"
+
+
+def box_of(result: Reconstruction, unit: str) -> AxesBox:
+    """Return the box of the 3D figure."""
+    points = result.points[result.inliers]
+    return AxesBox.around(points, np.array(result.shell.bounding_box()), unit=unit)
 
 
 def scene(
     result: Reconstruction, deviation: Deviation, tolerance: float | None, unit: str
 ) -> dict[str, Any]:
-    """Return the 3D figure: surface, points, isoparametric lines and control net.
+    """Return the 3D figure: faces, edges, points, isoparametric lines and control net.
 
     The checkboxes of the page select traces by their `meta`.
     """
-    surface = result.surface
-    u, v = (np.linspace(*ends, _FACETS + 1) for ends in surface.domain)
-    grid, normals = surface.normals_grid(u, v)
-    points = result.points[result.inliers]
-    box = AxesBox.around(points, grid.reshape(-1, 3))
+    shell, points = result.shell, result.points[result.inliers]
+    box = box_of(result, unit)
+    drawn = DrawnShell.of(shell, box, _FACETS, _ISOLINES)
     # Browsers draw in single precision, so coordinates are relative to an origin near the box.
     origin = np.array([box.origin(axis) for axis in range(3)])
-    scale = coloring(
-        surface, u, v, "deviation", deviation=deviation, tolerance=tolerance, unit=unit
-    )
+    scale = coloring(drawn, "deviation", deviation=deviation, tolerance=tolerance, unit=unit)
     chosen = sample(len(points), MAX_POINTS)
+    edges = _joined([line for line, _ in drawn.edges])
+    net = result.surface.control_points
     traces = [
-        *_surfaces(grid - origin, scale),
+        _faces(drawn, scale, box, origin),
+        _legend(scale),
         {
             "type": "scatter3d",
             "meta": "points",
@@ -67,16 +82,17 @@ def scene(
             },
             "hovertemplate": "%{marker.color:.4g}<extra>point</extra>",
         },
-        _lines("isolines", _isolines(grid, normals, box) - origin, INK, 1.0, visible=True),
-        _lines("net", _net(surface.control_points) - origin, NET, 2.0, visible=False),
+        _lines("surface", edges - origin, EDGE, 3.0, opacity=1.0),
+        _lines("isolines", _isolines(drawn, box) - origin, EDGE, 1.0),
+        _lines("net", _joined([*net, *net.swapaxes(0, 1)]) - origin, NET, 2.0, visible=False),
     ]
     axes = {
         f"{'xyz'[axis]}axis": {
             "title": {"text": box.label(axis)},
             "range": (np.array([box.low[axis], box.high[axis]]) - origin[axis]).tolist(),
-            "backgroundcolor": "white",
-            "gridcolor": PALE,
             "zeroline": False,
+            "exponentformat": "none",
+            "separatethousands": True,
             "nticks": int(2 + 4 * box.drawn[axis] / box.drawn.max()),
         }
         for axis in range(3)
@@ -116,85 +132,97 @@ def histogram(deviation: Deviation, tolerance: float | None, unit: str) -> dict[
         },
         "hovertemplate": "%{x:.3g}: %{y:.2f} %<extra></extra>",
     }
-    marks = [
-        {
-            "type": "line",
-            "x0": place,
-            "x1": place,
-            "yref": "paper",
-            "y0": 0,
-            "y1": 1,
-            "line": {"color": INK, "width": 1, "dash": "dot"},
-        }
-        for place in ([] if tolerance is None else [-tolerance, tolerance])
-    ]
-    layout = _layout(f"signed distance, {unit or 'in the unit of the points'}", "% of the points")
+    marks = [] if tolerance is None else [_mark(-tolerance), _mark(tolerance)]
+    layout = _layout(f"signed distance, {unit or UNKNOWN}", "% of the points")
     return {"data": [bars], "layout": layout | {"shapes": marks, "bargap": 0}}
 
 
 def convergence(result: Reconstruction, unit: str) -> dict[str, Any]:
-    """Return the figure of the error by step, with a curve for each stage."""
+    """Return the chart of the error by step of the training, with a curve for each stage."""
     stages = list(dict.fromkeys(stage for stage, _, _ in result.history))
     traces = []
     for stage in stages:
         steps, errors = zip(
             *(entry[1:] for entry in result.history if entry[0] == stage), strict=True
         )
-        traces.append(
-            {
-                "type": "scatter",
-                "mode": "lines+markers",
-                "name": stage,
-                "x": _packed(steps),
-                "y": _packed(errors),
-                "line": {"width": 2},
-                "marker": {"size": 4},
-                "hovertemplate": "step %{x:,}: %{y:.4g}<extra></extra>",
-            }
-        )
-    layout = _layout("steps", f"mean distance to the map, {unit or 'in the unit of the points'}")
+        curve = {"type": "scatter", "mode": "lines+markers", "name": stage, "marker": {"size": 4}}
+        axes = {"x": _packed(steps), "y": _packed(errors)}
+        traces.append(curve | axes | {"hovertemplate": "step %{x:,}: %{y:.4g}<extra></extra>"})
+    layout = _layout("steps", f"mean distance to the map, {unit or UNKNOWN}")
     every = [error for *_, error in result.history]
     falls_far = every and max(every) > 10 * min(every) > 0
     layout["yaxis"] |= {"type": "log", "dtick": "D2"} if falls_far else {"rangemode": "tozero"}
-    layout["colorway"] = [NET, "#e2572b", "#2c6e63"]
+    layout["xaxis"] |= {"exponentformat": "none", "separatethousands": True}
+    layout["colorway"] = [CURVE, "#e2572b", "#2c6e63"]
     return {"data": traces, "layout": layout}
 
 
-def _surfaces(grid: NDArray[np.float64], scale: Coloring) -> list[dict[str, Any]]:
-    """Return the colored surface, and a gray one for places without points near."""
-    missing = np.isnan(scale.values)
-    # A facet is left out if one of its corners is, so the gray part extends by one corner.
-    around = np.pad(missing, 1)
-    for axis in (0, 1):
-        around = around | np.roll(around, 1, axis) | np.roll(around, -1, axis)
-    x, y, z = np.moveaxis(grid, 2, 0)
-    common = {
-        "type": "surface",
+def shares(deviation: Deviation, tolerance: float | None, unit: str) -> dict[str, Any]:
+    """Return the chart of the share of points within a distance: what a fit has achieved."""
+    percents = np.concatenate([np.linspace(0, 99, 100), np.linspace(99.1, 100, 10)])
+    distances = np.percentile(deviation.distances, percents)
+    curve = {
+        "type": "scatter",
+        "mode": "lines",
+        "x": _packed(distances),
+        "y": _packed(percents),
+        "line": {"width": 2, "color": CURVE},
+        "hovertemplate": "%{y:.4g} % within %{x:.4g}<extra></extra>",
+    }
+    layout = _layout(f"distance, {unit or UNKNOWN}", "% of the points within it")
+    layout["yaxis"] |= {"range": [0, 103]}
+    # A few points far away would press the curve to the left.
+    end = max(float(np.percentile(deviation.distances, 99.5)), 1.1 * (tolerance or 0.0))
+    layout["xaxis"] |= {"range": [0, 1.05 * end or 1.0]}
+    marks = [] if tolerance is None else [_mark(tolerance)]
+    return {"data": [curve], "layout": layout | {"shapes": marks}}
+
+
+def _mark(place: float) -> dict[str, Any]:
+    """Return a dotted line at a tolerance."""
+    line = {"color": EDGE, "width": 1, "dash": "dot"}
+    ends = {"x0": place, "x1": place, "y0": 0, "y1": 1}
+    return {"type": "line", "yref": "paper", "line": line, **ends}
+
+
+def _faces(
+    drawn: DrawnShell, scale: Coloring, box: AxesBox, origin: NDArray[np.float64]
+) -> dict[str, Any]:
+    """Return the faces in the colors of a scale; places without points near are gray."""
+    colors = scale.rgba()[:, :3]
+    # The light of plotly.js falls on the faces as they are without exaggeration.
+    colors *= lit(drawn.normals() / box.factor, box.view, legend=True)[:, None]
+    texts = ["no points near" if np.isnan(v) else f"{v:.4g}" for v in scale.values]
+    corners = zip("ijk", drawn.triangles.T, strict=True)
+    return {
+        "type": "mesh3d",
         "meta": "surface",
-        "x": _packed(x),
-        "y": _packed(y),
-        "contours": {axis: {"highlight": False} for axis in "xyz"},
-        "lighting": {"ambient": 0.6, "diffuse": 0.45, "specular": 0.05, "roughness": 0.8},
+        **_coordinates(drawn.vertices - origin),
+        **{name: _packed(column, "<i4") for name, column in corners},
+        "vertexcolor": [f"#{r:02x}{g:02x}{b:02x}" for r, g, b in _bytes(colors)],
+        "lighting": {"ambient": 1.0, "diffuse": 0.0, "specular": 0.0, "fresnel": 0.0},
+        "hovertext": texts,
+        "hovertemplate": "%{hovertext}<extra>surface</extra>",
     }
-    colored = common | {
-        "z": _packed(np.where(missing, np.nan, z)),
-        "surfacecolor": _packed(np.nan_to_num(scale.values)),
-        **_scale(scale, "c"),
-        "colorbar": {
-            "title": {"text": scale.label, "side": "right"},
-            "thickness": 16,
-            "len": 0.7,
-            "outlinewidth": 0,
-        },
-        "hovertemplate": "%{surfacecolor:.4g}<extra>surface</extra>",
+
+
+def _bytes(colors: NDArray[np.float64]) -> list[list[int]]:
+    whole: list[list[int]] = np.rint(255 * np.clip(colors, 0, 1)).astype(int).tolist()
+    return whole
+
+
+def _legend(scale: Coloring) -> dict[str, Any]:
+    """Return a trace without points that shows the scale."""
+    colorbar = {
+        "title": {"text": scale.label.replace("\n", "<br>"), "side": "right"},
+        "thickness": 16,
+        "len": 0.7,
+        "outlinewidth": 0,
+        "exponentformat": "power",
     }
-    gray = common | {
-        "z": _packed(np.where(around[1:-1, 1:-1], z, np.nan)),
-        "colorscale": [[0, NO_DATA], [1, NO_DATA]],
-        "showscale": False,
-        "hovertemplate": "no points near<extra></extra>",
-    }
-    return [colored, gray] if missing.any() else [colored]
+    marker = {"color": [scale.low], "showscale": True, "colorbar": colorbar, **_scale(scale, "c")}
+    nowhere = {axis: [None] for axis in "xyz"}
+    return {"type": "scatter3d", "meta": "legend", "mode": "markers", **nowhere, "marker": marker}
 
 
 def _scale(scale: Coloring, prefix: str) -> dict[str, Any]:
@@ -208,7 +236,13 @@ def _colorscale(palette: tuple[str, ...]) -> list[list[Any]]:
 
 
 def _lines(
-    name: str, points: NDArray[np.float64], color: str, width: float, *, visible: bool
+    name: str,
+    points: NDArray[np.float64],
+    color: str,
+    width: float,
+    *,
+    opacity: float = 0.55,
+    visible: bool = True,
 ) -> dict[str, Any]:
     return {
         "type": "scatter3d",
@@ -216,52 +250,46 @@ def _lines(
         "mode": "lines",
         **_coordinates(points),
         "line": {"color": color, "width": width},
-        "opacity": 0.55,
+        "opacity": opacity,
         "hoverinfo": "skip",
         "visible": visible,
     }
 
 
-def _net(net: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.concatenate([_joined(net), _joined(net.swapaxes(0, 1))])
+def _isolines(drawn: DrawnShell, box: AxesBox) -> NDArray[np.float64]:
+    """Return isoparametric lines on both sides of the faces, along their drawn normals."""
+    lines = []
+    for line in drawn.isolines:
+        normals = line[:, 3:] / box.factor
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        offset = _OFFSET * np.linalg.norm(box.drawn) * normals / box.factor
+        lines += [line[:, :3] + offset, line[:, :3] - offset]
+    return _joined(lines)
 
 
-def _isolines(
-    grid: NDArray[np.float64], normals: NDArray[np.float64], box: AxesBox
-) -> NDArray[np.float64]:
-    """Return isoparametric lines on both sides of the surface, along its drawn normals."""
-    drawn = normals / box.factor
-    drawn /= np.linalg.norm(drawn, axis=2, keepdims=True)
-    offset = _OFFSET * np.linalg.norm(box.drawn) * drawn / box.factor
-    sides = (grid + offset, grid - offset)
-    along_v = [_joined(side[::_LINE_STEP]) for side in sides]
-    along_u = [_joined(side[:, ::_LINE_STEP].swapaxes(0, 1)) for side in sides]
-    return np.concatenate(along_v + along_u)
-
-
-def _joined(lines: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Join lines to one array, with NaN between two lines."""
-    return np.pad(lines, ((0, 0), (0, 1), (0, 0)), constant_values=np.nan).reshape(-1, 3)
+def _joined(lines: Iterable[NDArray[np.float64]]) -> NDArray[np.float64]:
+    """Join lines to one array, with NaN after each."""
+    padded = [np.pad(line, ((0, 1), (0, 0)), constant_values=np.nan) for line in lines]
+    return np.concatenate([np.empty((0, 3)), *padded])
 
 
 def _coordinates(points: NDArray[np.float64]) -> dict[str, Any]:
     return {name: _packed(column) for name, column in zip("xyz", points.T, strict=True)}
 
 
-def _packed(values: ArrayLike) -> dict[str, str]:
-    """Return numbers as a typed array of plotly.js: single precision in base64."""
-    array = np.ascontiguousarray(values, dtype="<f4")
-    packed = {"dtype": "f4", "bdata": base64.b64encode(array.tobytes()).decode()}
+def _packed(values: ArrayLike, dtype: str = "<f4") -> dict[str, str]:
+    """Return numbers as a typed array of plotly.js in base64, by default in single precision."""
+    array = np.ascontiguousarray(values, dtype=dtype)
+    packed = {"dtype": dtype[1:], "bdata": base64.b64encode(array.tobytes()).decode()}
     return packed | ({"shape": ", ".join(map(str, array.shape))} if array.ndim > 1 else {})
 
 
 def _layout(x: str, y: str) -> dict[str, Any]:
-    axis = {"gridcolor": "#eceff1", "linecolor": PALE, "zeroline": False}
+    # The script of the page adds the colors, which depend on the theme.
+    axis = {"zeroline": False, "automargin": True, "exponentformat": "power"}
     return {
         "font": _FONT,
         "margin": {"l": 60, "r": 16, "t": 12, "b": 48},
-        "plot_bgcolor": "white",
-        "paper_bgcolor": "white",
         "xaxis": axis | {"title": {"text": x}},
         "yaxis": axis | {"title": {"text": y}},
     }

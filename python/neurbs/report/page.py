@@ -23,7 +23,8 @@ from neurbs.deviation import Deviation
 from neurbs.errors import argument_error
 from neurbs.extras import require
 from neurbs.io.atomic_write import atomic_write
-from neurbs.report.figures import MAX_POINTS, convergence, histogram, scene
+from neurbs.report.figures import MAX_POINTS, box_of, convergence, histogram, scene, shares
+from neurbs.report.verdict import length, verdict
 
 if TYPE_CHECKING:
     from neurbs import Reconstruction
@@ -39,13 +40,15 @@ def write(
     tolerance: float | None = None,
     unit: str = "",
     source: str | os.PathLike[str] | None = None,
+    command: str | None = None,
 ) -> None:
     """Write an HTML page about a result; `Reconstruction.write_report` is this function.
 
-    The page is one file of about 5 to 8 MB, for any browser without a network. It shows the surface
-    in 3D, colored by the deviation, and the points, or a sample of many. A histogram and measures
-    of the deviations and the convergence follow. At the end are settings, version and the command
-    that repeats the job.
+    The page is one file of about 5 to 8 MB, for any browser without a network, with a light and a
+    dark theme. A verdict comes first: whether the surface is valid and keeps the tolerance, what
+    was left out, whether it is trimmed, and what to do. Warnings, the faces in 3D, colored by the
+    deviation, with the points, charts and measures follow. At the end are settings, version and
+    the command that repeats the job.
 
     Parameters
     ----------
@@ -60,6 +63,8 @@ def write(
         Name of the points' unit, by default that of the result.
     source : path, optional
         The file of the points, for the title and the command.
+    command : str, optional
+        The command that repeats the job; by default one from `source` and the settings.
 
     Raises
     ------
@@ -82,7 +87,7 @@ def write(
         got = f"the suffix {path.suffix!r}" if path.suffix else "no suffix"
         raise NeurbsError(f"{path}: a report must have the suffix .html, got {got}")
     with atomic_write(path) as new:
-        write_page(result, new, tolerance=tolerance, unit=unit, source=source)
+        write_page(result, new, tolerance=tolerance, unit=unit, source=source, command=command)
 
 
 def write_page(
@@ -92,6 +97,7 @@ def write_page(
     tolerance: float | None = None,
     unit: str = "",
     source: str | os.PathLike[str] | None = None,
+    command: str | None = None,
 ) -> None:
     """Write the page directly to a file of any name; otherwise as `write`."""
     unit = unit or result.unit or ""
@@ -104,22 +110,29 @@ def write_page(
     figures = {
         "view": scene(result, deviation, tolerance, unit),
         "histogram": histogram(deviation, tolerance, unit),
-        "convergence": convergence(result, unit),
+        "chart": _chart(result, deviation, tolerance, unit),
     }
+    judged = verdict(result, deviation, tolerance, unit)
     name = html.escape(Path(source).name) if source else "Reconstruction"
     content = Template(_resource("page.html")).substitute(
         title=name,
         style=_resource("page.css"),
         version=_core.__version__,
+        level=judged.level,
+        verdict=html.escape(judged.title),
+        answers=_definitions(judged.answers),
+        warnings=_warnings(result),
         cards=_cards(result, deviation, tolerance, unit),
         shown=_shown(len(result.points), len(deviation.signed)),
+        scale=_exaggeration(result, unit),
+        face=_table(_face(result)),
+        chart_title="Convergence" if _is_paper(result) else "Points within a distance",
         figures=_json_in_script(figures),
         measures=_table(_measures(deviation, tolerance, unit)),
         candidates=_candidates(result),
-        diagnostics=_diagnostics(result),
         report=_table(_flat(_figures(result))),
         settings=_table(_flat({n: _named(n, value) for n, value in result.settings.items()})),
-        command=html.escape(_command(result, source)),
+        command=html.escape(command or _command(result, source)),
         call=html.escape(_call(result)),
         script=_resource("page.js"),
         plotly=offline.get_plotlyjs(),
@@ -151,18 +164,40 @@ def _candidates(result: Reconstruction) -> str:
         _row("th", candidate.COLUMNS),
         *(_row("td", row) for row in candidate.rows(result.report.candidates)),
     ]
-    return f"<h2>Candidates</h2><table class='candidates'>{''.join(lines)}</table>"
+    table = f"<table class='candidates'>{''.join(lines)}</table>"
+    return f"<h2>Candidates</h2><div class='scroll'>{table}</div>"
 
 
 def _row(cell: str, texts: Iterable[str]) -> str:
     return f"<tr>{''.join(f'<{cell}>{html.escape(text)}</{cell}>' for text in texts)}</tr>"
 
 
-def _diagnostics(result: Reconstruction) -> str:
-    """Return the table of diagnostics, with the validity of the surface."""
-    report = result.report
-    found = {diagnostic.code: diagnostic.message for diagnostic in report.diagnostics}
-    return f"<h2>Diagnostics</h2>{_table({'valid': 'yes' if report.valid else 'no'} | found)}"
+def _warnings(result: Reconstruction) -> str:
+    """Return the list of diagnostics, defects first."""
+    found = sorted(result.report.diagnostics, key=lambda each: not each.is_defect)
+    if not found:
+        return ""
+    lines = "".join(
+        f"<li class='{'bad' if each.is_defect else 'warning'}'><b>{html.escape(each.code)}</b> "
+        f"{html.escape(each.message)}</li>"
+        for each in found
+    )
+    return f"<section><h2>Warnings</h2><ul class='warnings'>{lines}</ul></section>"
+
+
+def _definitions(texts: Mapping[str, str]) -> str:
+    return "".join(
+        f"<dt>{html.escape(name)}</dt><dd>{html.escape(text)}</dd>" for name, text in texts.items()
+    )
+
+
+def _chart(
+    result: Reconstruction, deviation: Deviation, tolerance: float | None, unit: str
+) -> dict[str, Any]:
+    """Return the chart of the method: the training of the paper's, the accuracy of a fit."""
+    if _is_paper(result):
+        return convergence(result, unit)
+    return shares(deviation, tolerance, unit)
 
 
 def _cards(result: Reconstruction, deviation: Deviation, tolerance: float | None, unit: str) -> str:
@@ -170,12 +205,12 @@ def _cards(result: Reconstruction, deviation: Deviation, tolerance: float | None
     cards = {
         "points": f"{len(result.points):,}",
         "control points": f"{rows} × {cols}",
-        "rms": _length(deviation.rms, unit),
-        "95 % within": _length(deviation.percentiles(95.0)[95.0], unit),
-        "largest": _length(deviation.max, unit),
+        "rms": length(deviation.rms, unit),
+        "95 % within": length(deviation.percentiles(95.0)[95.0], unit),
+        "largest": length(deviation.max, unit),
     }
     if tolerance is not None:
-        cards[f"within {_length(tolerance, unit)}"] = f"{100 * deviation.within(tolerance):.2f} %"
+        cards[f"within {length(tolerance, unit)}"] = f"{100 * deviation.within(tolerance):.2f} %"
     return "".join(
         f"<div class='card'><b>{html.escape(value)}</b><span>{html.escape(name)}</span></div>"
         for name, value in cards.items()
@@ -186,17 +221,33 @@ def _measures(deviation: Deviation, tolerance: float | None, unit: str) -> dict[
     within = "no tolerance was given"
     if tolerance is not None:
         share = 100 * deviation.within(tolerance)
-        within = f"{share:.3f} % of the points, within {_length(tolerance, unit)}"
+        within = f"{share:.3f} % of the points, within {length(tolerance, unit)}"
     return {
-        "rms": _length(deviation.rms, unit),
-        "mean, signed": _length(deviation.mean, unit),
+        "rms": length(deviation.rms, unit),
+        "mean, signed": length(deviation.mean, unit),
         **{
-            f"{share:g} % of the points within": _length(distance, unit)
+            f"{share:g} % of the points within": length(distance, unit)
             for share, distance in deviation.percentiles(*_PERCENTS).items()
         },
-        "largest": _length(deviation.max, unit),
+        "largest": length(deviation.max, unit),
         "within tolerance": within,
     }
+
+
+def _face(result: Reconstruction) -> dict[str, str]:
+    """Return the main figures of the fit, beside its chart."""
+    names = ("net", "kind", "face", "fit", "training", "time")
+    lines = result.report.lines()
+    return {name: lines[name] for name in names if name in lines}
+
+
+def _exaggeration(result: Reconstruction, unit: str) -> str:
+    """Return a sentence about axes that are drawn longer."""
+    box = box_of(result, unit)
+    longer = [box.label(axis) for axis in range(3) if box.factor[axis] != 1]
+    if not longer:
+        return "All axes are to scale."
+    return f"Not to scale: axes are drawn longer ({', '.join(longer)})."
 
 
 def _shown(points: int, inliers: int) -> str:
@@ -206,10 +257,6 @@ def _shown(points: int, inliers: int) -> str:
     if inliers <= MAX_POINTS:
         return f"Of {points:,} points {measured} are shown."
     return f"A sample of {MAX_POINTS:,} of {points:,} points is shown; {measured} are measured."
-
-
-def _length(value: float, unit: str) -> str:
-    return f"{value:.4g} {unit}".strip()
 
 
 def _flat(values: Mapping[str, Any]) -> dict[str, str]:
@@ -249,10 +296,14 @@ def _named(name: str, value: Any) -> Any:
     return value if np.size(value) <= 3 else _Name(name)
 
 
+def _is_paper(result: Reconstruction) -> bool:
+    """Return whether the paper's method made the result: only that has no fairness."""
+    return result.report.fairness is None
+
+
 def _function(result: Reconstruction) -> str:
     """Return the name of the function that made the result."""
-    # Only the paper's method has no fairness.
-    return "reconstruct_paper" if result.report.fairness is None else "reconstruct"
+    return "reconstruct_paper" if _is_paper(result) else "reconstruct"
 
 
 def _changed(result: Reconstruction) -> dict[str, Any]:
@@ -274,6 +325,8 @@ def _command(result: Reconstruction, source: str | os.PathLike[str] | None) -> s
         match value:
             case _Name():
                 return f"# There is no command for this call, because {name} is an array."
+            case bool() if name == "trim":
+                words += ["--trim", "yes" if value else "no"]
             case bool():
                 words.append(f"--{option}" if value else f"--no-{option}")
             case tuple() | list():
