@@ -348,9 +348,14 @@ impl Diagnostic {
                 "{count} points with the no-data value {value} were left out. Use \
                  `clean=False` to keep them."
             ),
-            Self::Untrimmed { reason } => write!(f, "The surface was not trimmed: {reason}."),
+            Self::Untrimmed { reason } => {
+                write!(f, "The surface was not trimmed: {reason}. The face is the whole surface.")
+            }
             Self::TrimDoubtful { reason } => {
-                write!(f, "The loops around the points are doubtful: {reason}.")
+                write!(
+                    f,
+                    "The loops around the points are doubtful: {reason}. Look at them in a picture."
+                )
             }
             Self::Regions { count } => write!(
                 f,

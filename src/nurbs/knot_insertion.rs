@@ -68,6 +68,15 @@ impl CurveFamily {
             return Err(Error::parameter("knots", must, outside));
         }
         let at = |place: f64| knots.iter().filter(|knot| **knot == place).count();
+        for place in [start, end].into_iter().filter(|place| at(*place) > 0) {
+            let (degree, multiplicity) =
+                (self.knots.degree(), self.knots.multiplicity(place) + at(place));
+            if multiplicity > degree {
+                let got = format!("{place} would have multiplicity {multiplicity}");
+                let must = "repeat no knot more than degree times";
+                return Err(Error::Knots { degree, must, got });
+            }
+        }
         let inside: Vec<f64> =
             knots.iter().copied().filter(|&knot| start < knot && knot < end).collect();
         self.refined_inside(&inside, check_interrupt)?
@@ -81,13 +90,7 @@ impl CurveFamily {
         times: usize,
         check_interrupt: &mut InterruptCheck<'_>,
     ) -> Result<Self> {
-        let (start, degree) = (self.knots.domain().0, self.knots.degree());
-        let multiplicity = self.knots.multiplicity(start) + times;
-        if times > 0 && multiplicity > degree {
-            let got = format!("{start} would have multiplicity {multiplicity}");
-            let must = "repeat no knot more than degree times";
-            return Err(Error::Knots { degree, must, got });
-        }
+        let (start, _) = self.knots.domain();
         (0..times).try_fold(self, |family, _| family.with_knot(start, check_interrupt))
     }
 

@@ -155,11 +155,8 @@ impl TrimReport {
         Self { area, surface_area, holes: vec![], outside: 0.0, beyond, beyond_untrimmed }
     }
 
-    /// The report of trimmed faces.
-    pub(super) fn of(found: &Trim, area: f64, surface_area: f64) -> Self {
-        let holes = found.loops.iter().filter(|of| of.is_hole).map(|of| of.area);
-        let mut holes: Vec<f64> = holes.collect();
-        holes.sort_unstable_by(|a, b| b.total_cmp(a));
+    /// The report of trimmed faces with these areas.
+    pub(super) fn of(found: &Trim, (area, surface_area): (f64, f64), holes: Vec<f64>) -> Self {
         let &Trim { outside, beyond, beyond_untrimmed, .. } = found;
         Self { area, surface_area, holes, outside, beyond, beyond_untrimmed }
     }

@@ -7,12 +7,12 @@ use glam::DVec2;
 use super::options::Trimming;
 use super::report::TrimReport;
 use super::settings::TrimmedSettings;
-use crate::brep::Shell;
+use crate::brep::{Face, Shell};
 use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Result};
 use crate::nurbs::NurbsSurface;
-use crate::progress::Observer;
-use crate::trim::{Trim, TrimOptions, trim};
+use crate::progress::{Observer, Silent};
+use crate::trim::{TrimOptions, trim};
 
 const SETTINGS: TrimmedSettings = TrimmedSettings::STANDARD;
 
@@ -46,7 +46,13 @@ impl Trimmed {
         let untrimmed = |reason: String| vec![Diagnostic::Untrimmed { reason }];
         let options = TrimOptions { holes: trimming != Trimming::Outer, border: None };
         let found = trim(&surface, uv, &options, observer);
-        let (found, trimmed, area) = match found.and_then(|found| with_shell(found, observer)) {
+        let made = found.and_then(|found| {
+            let trimmed = Shell::new(found.faces.clone(), None)?;
+            let area = trimmed.area(SETTINGS.accuracy, observer)?;
+            let holes = hole_areas(&trimmed, observer)?;
+            Ok((found, trimmed, area, holes))
+        });
+        let (found, trimmed, area, holes) = match made {
             Err(Error::Interrupted) => return Err(Error::Interrupted),
             Err(error) => return whole(None, untrimmed(error.to_string())),
             Ok(made) => made,
@@ -66,14 +72,22 @@ impl Trimmed {
         if found.regions > 1 {
             diagnostics.push(Diagnostic::Regions { count: found.regions });
         }
-        let report = Some(TrimReport::of(&found, area, surface_area));
+        let report = Some(TrimReport::of(&found, (area, surface_area), holes));
         Ok(Self { shell: trimmed, report, diagnostics })
     }
 }
 
-/// Joins the faces of a trimmed surface, and measures their area.
-fn with_shell(found: Trim, observer: &mut dyn Observer) -> Result<(Trim, Shell, f64)> {
-    let shell = Shell::new(found.faces.clone(), None)?;
-    let area = shell.area(SETTINGS.accuracy, observer)?;
-    Ok((found, shell, area))
+/// The areas of all holes, the largest first.
+fn hole_areas(shell: &Shell, observer: &mut dyn Observer) -> Result<Vec<f64>> {
+    let mut areas = vec![];
+    for face in shell.faces() {
+        for hole in face.inner() {
+            let curves = hole.curves().iter().rev();
+            let around = curves.map(|curve| curve.reversed(&mut Silent)).collect::<Result<_>>()?;
+            let covered = Face::trimmed(Arc::clone(face.surface()), vec![around])?;
+            areas.push(covered.area(SETTINGS.accuracy, observer)?);
+        }
+    }
+    areas.sort_unstable_by(|a, b| b.total_cmp(a));
+    Ok(areas)
 }

@@ -130,7 +130,7 @@ pub(super) struct BorderSettings {
     /// places.
     pub(super) cell_rings: usize,
     /// Depth of the border of a random scatter. Unit: ratio to that of a lattice. Source: measured
-    /// on random squares; it would be 2 with discs that fill gaps (B. Efron 1965).
+    /// on random discs; it would be 2 with discs that fill gaps (B. Efron 1965).
     pub(super) random_depth: f64,
     /// Power of the irregularity in the depth. Unit: exponent. Source: measured on jittered
     /// lattices; the borders of those are nearly as deep as a lattice's.
@@ -140,7 +140,7 @@ pub(super) struct BorderSettings {
 impl BorderSettings {
     /// The values that are used.
     pub(super) const STANDARD: Self =
-        Self { depth_window: 16.0, cell_rings: 3, random_depth: 1.4, depth_exponent: 3 };
+        Self { depth_window: 16.0, cell_rings: 3, random_depth: 1.45, depth_exponent: 3 };
 }
 
 /// Corners of a border.

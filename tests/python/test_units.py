@@ -63,7 +63,9 @@ def in_inches() -> neurbs.Reconstruction:
     x, y = np.random.default_rng(0).random((2, 300))
     corners = [[0, 0, 0], [4, 0, 0], [0, 2, 0], [4, 2, 0]]
     points = np.column_stack([4 * x, 2 * y, np.sin(np.pi * x) * np.sin(np.pi * y)])
-    return neurbs.reconstruct(PointCloud(np.vstack([points, corners]), unit="in"), grid=(6, 6))
+    return neurbs.reconstruct(
+        PointCloud(np.vstack([points, corners]), unit="in"), grid=(6, 6), trim=False
+    )
 
 
 # Reading
