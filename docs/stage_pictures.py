@@ -180,7 +180,7 @@ def select(path: Path) -> None:
 def refine(path: Path) -> None:
     """Draw growth, the sides of a round outline, and outliers."""
     rng = np.random.default_rng(0)
-    figure, panels = row(4, (10.5, 3.1))
+    figure, panels = row(4, (10.5, 3.6))
     x, y = rng.random((2, 4000))
     ripples = 0.03 * np.sin(40 * x) / (1 + np.exp(40 * (0.6 - x)))
     points = np.column_stack([x, y, ripples + rng.normal(0, 0.001, len(x))])
