@@ -33,6 +33,9 @@ const MAX_ROUNDS: usize = 16;
 /// Patches of a surface from which on it is tessellated by all threads.
 const MANY_PATCHES: usize = 1 << 12;
 
+/// Relative error of the area by which too many triangles are refused.
+const AREA_ACCURACY: f64 = 0.1;
+
 /// Halvings of a closed edge at least: with fewer than three chords it would have no area.
 const MIN_HALVINGS_OF_CLOSED: u32 = 2;
 
@@ -84,6 +87,7 @@ impl Shell {
         let surfaces: Vec<&NurbsSurface> =
             self.faces().iter().map(|face| &**face.surface()).collect();
         let limits = options.limits(&surfaces)?;
+        check_max_edge(self, options, &limits, observer)?;
         let least = least_halvings(self);
         let mut meshes = mesh_whole_faces(self, options, &limits, &least, observer)?;
         let faces = self.faces().iter().zip(&meshes);
@@ -129,6 +133,24 @@ impl Shell {
         let must = "have loops that neither cross nor touch";
         Err(Error::Shell { must, got: "loops that are too close to triangulate".into() })
     }
+}
+
+/// Checks that triangles with sides up to `max_edge` are not too many.
+fn check_max_edge(
+    shell: &Shell,
+    options: &TessellateOptions,
+    limits: &Limits,
+    observer: &mut dyn Observer,
+) -> Result<()> {
+    let Some(edge) = limits.edge else { return Ok(()) };
+    // The largest triangle with such sides has equal ones.
+    let least = shell.area(AREA_ACCURACY, observer)? / (0.25 * 3.0_f64.sqrt() * edge * edge);
+    if least > options.max_triangles as f64 {
+        let must = format!("large enough for at most {} triangles", options.max_triangles);
+        let got = format!("{edge:e}, which takes at least {least:.1e}");
+        return Err(Error::parameter("max_edge", must, got));
+    }
+    Ok(())
 }
 
 impl Face {

@@ -31,7 +31,7 @@ impl SelfOrganizingMap {
     ///     (0..12).map(|i| DVec3::new(f64::from(i / 4), f64::from(i % 4), 0.0)).collect();
     /// let options = SomOptions { init: Init::Given(nodes.clone()), ..SomOptions::default() };
     /// let som = SelfOrganizingMap::new(&nodes, Lattice::quad(3, 4)?, &options, &mut Silent)?;
-    /// let points = [DVec3::new(0.5, 2.25, 7.0), DVec3::new(2.5, 9.0, 0.0)];
+    /// let points = [DVec3::new(0.5, 2.25, 7.0), DVec3::new(9.0, 9.0, 0.0)];
     /// let uv = som.parametrize(&points, 0.75, &mut Silent)?;
     /// // The lattice has 2 × 3 cells, and 1.5 more with the extrapolation.
     /// assert!(uv[0].distance(DVec2::new(1.25 / 3.5, 3.0 / 4.5)) < 1e-12);
