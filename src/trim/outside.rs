@@ -19,7 +19,9 @@ pub(super) fn outside_shares(
     surface: &NurbsSurface,
 ) -> Result<Vec<f64>> {
     let step = SETTINGS.sample_distance * border.spacing;
-    let count = (border.length() / step).ceil();
+    // A surface may run away from its points.
+    let most = SETTINGS.side_samples * border.len();
+    let count = (border.length() / step).ceil().min(most as f64);
     let samples = samples(curves, crate::numeric::whole(count));
     let rectangle = Rectangle::of(surface);
     let places: Vec<DVec2> = samples.iter().map(|(at, _)| rectangle.wrapped(*at)).collect();

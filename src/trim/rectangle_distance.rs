@@ -39,6 +39,8 @@ pub(super) fn follows_sides(
         };
         let length: f64 = (0..LENGTH_PARTS).map(|i| point(i).distance(point(i + 1))).sum();
         let parts = crate::numeric::whole(length / (SETTINGS.sample_distance * spacing)) + 1;
+        // A surface may run away from its points.
+        let parts = parts.min(SETTINGS.side_samples);
         (0..parts).map(move |i| at(i, parts))
     };
     let dense: Vec<DVec2> = (0..count).flat_map(step).collect();
