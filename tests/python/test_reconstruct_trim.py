@@ -54,24 +54,30 @@ def star() -> Points:
     return points[:3000]
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_the_area_of_a_disc_with_holes_is_right(seed: int) -> None:
-    result = neurbs.reconstruct(disc(seed=seed))
+def test_the_areas_of_discs_with_holes_are_right() -> None:
+    # The area varies by half a percent from sample to sample.
+    areas = [neurbs.reconstruct(disc(seed=seed)).face.area() / AREA for seed in range(10)]
+    assert 0.99 < np.mean(areas) < 1.01
+    assert sum(0.99 < area < 1.01 for area in areas) >= 8
+
+
+def test_the_report_measures_faces_and_holes() -> None:
+    result = neurbs.reconstruct(disc())
     assert len(result.face.inner) == 2
-    assert 0.99 < result.face.area() / AREA < 1.01
     assert result.surface.area() > 1.1 * AREA
     report = result.report.trim
     assert report is not None
-    assert report.area == pytest.approx(result.shell.area(), rel=1e-9)
+    assert report.area == pytest.approx(result.shell.area(), rel=1e-6)
     assert report.surface_area == pytest.approx(result.surface.area(), rel=1e-5)
-    expected = [np.pi * radius**2 for radius in (12, 9)]
-    np.testing.assert_allclose(report.holes, expected, rtol=0.15)
+    filled = neurbs.Face(result.face.surface, [result.face.outer]).area()
+    assert sum(report.holes) == pytest.approx(filled - report.area, rel=1e-5)
+    np.testing.assert_allclose(report.holes, [np.pi * radius**2 for radius in (12, 9)], rtol=0.15)
     assert report.beyond is not None
     assert report.beyond_untrimmed is not None
     assert report.beyond < 0.01 < report.beyond_untrimmed
     assert "2 holes" in str(result.report)
-    mesh = result.mesh
-    assert mesh.euler_characteristic() == -1
+    mesh = result.shell.tessellate(1e-4 * result.report.diagonal)
+    assert mesh.euler_characteristic() == result.mesh.euler_characteristic() == -1
     assert mesh.area() == pytest.approx(report.area, rel=1e-3)
 
 
