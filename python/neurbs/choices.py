@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 KindChoice: TypeAlias = Literal["auto", "sheet", "height", "tube", "torus"]
 """A kind of surface, or the automatic choice."""
 
+LengthUnit: TypeAlias = Literal["mm", "cm", "m", "in", "ft"]
+"""A unit of shells and CAD files."""
+
 TrimChoice: TypeAlias = bool | Literal["auto", "outer"]
 """Where faces end."""
 

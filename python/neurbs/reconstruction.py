@@ -7,14 +7,14 @@ import functools
 import os
 import time
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from neurbs import _core, candidate, diagnostics
 from neurbs._core import NeurbsError
-from neurbs.choices import Backend, SurfaceColor, ViewChoice
+from neurbs.choices import Backend, LengthUnit, SurfaceColor, ViewChoice
 from neurbs.errors import argument_error
 from neurbs.reconstruction_report import Report, TrimReport
 from neurbs.renamed import missing_attribute
@@ -23,8 +23,7 @@ from neurbs.som import SelfOrganizingMap
 if TYPE_CHECKING:
     from neurbs.io import PointCloud
 
-_LENGTHS: tuple[Literal["mm", "cm", "m", "in", "ft"], ...] = ("mm", "cm", "m", "in", "ft")
-"""The units of shells."""
+_LENGTHS: tuple[LengthUnit, ...] = get_args(LengthUnit)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -22,7 +22,7 @@ use super::settings::{
 };
 use super::sizes::POINTS_PER_TASK;
 use super::spline_space::SplineSpace;
-use super::straight_sides::{bounded, with_margins};
+use super::straight_sides::{add_margin, bounded};
 use crate::error::{Error, Result};
 use crate::nurbs::NurbsSurface;
 use crate::progress::{self, Observer, Progress, Stage};
@@ -247,14 +247,13 @@ impl<'a> AlternatingFit<'a> {
         let spacing = (lengths.0 * lengths.1 / self.points.len() as f64).sqrt();
         self.correct_parameters(surface, PROJECTION.steps);
         self.uv = bounded(&self.uv, self.closed.into());
-        let (size, shape) = ([lengths.0, lengths.1], [space.shape()[0], space.shape()[1]]);
-        let margin = |d: usize| {
-            // Surfaces that extend beyond half a spacing of the control points deviate.
-            let most = SIDES.max_margin / (shape[d] - 1) as f64;
-            (!self.closed[d]).then(|| (border * spacing / size[d]).min(most))
-        };
-        let margins = [margin(0), margin(1)];
-        with_margins(&mut self.uv, margins);
+        for (d, length) in [lengths.0, lengths.1].into_iter().enumerate() {
+            if !self.closed[d] {
+                // Surfaces that extend beyond half a spacing of the control points deviate.
+                let most = SIDES.max_margin / (space.shape()[d] - 1) as f64;
+                add_margin(&mut self.uv, d, (border * spacing / length).min(most));
+            }
+        }
         let energy = self.energy(&space, lengths).matrix(&space);
         let samples = self.samples(None);
         self.fairness_weight = self.target_fairness();

@@ -33,13 +33,9 @@ pub fn bounded(uv: &[DVec2], closed: (bool, bool)) -> Vec<DVec2> {
     uv
 }
 
-/// Maps parameters in the unit square to a smaller one: each open direction gets a margin at both
-/// ends.
-pub(super) fn with_margins(uv: &mut [DVec2], margins: [Option<f64>; 2]) {
-    for (d, margin) in margins.into_iter().enumerate() {
-        let Some(margin) = margin else { continue };
-        change_each(uv, |uv| uv[d] = (uv[d] + margin) / (1.0 + 2.0 * margin));
-    }
+/// Gives direction d, from 0 to 1, a margin at both ends.
+pub(super) fn add_margin(uv: &mut [DVec2], d: usize, margin: f64) {
+    change_each(uv, |uv| uv[d] = (uv[d] + margin) / (1.0 + 2.0 * margin));
 }
 
 /// Applies a change to each parameter.

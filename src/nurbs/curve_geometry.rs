@@ -45,8 +45,7 @@ impl NurbsCurve {
         observer: &mut dyn Observer,
     ) -> Result<()> {
         check_length(out.len(), u.len())?;
-        let mut derivatives = vec![DVec3::ZERO; 3 * u.len()];
-        self.derivatives(u, 2, &mut derivatives, outside, observer)?;
+        let derivatives = self.two_derivatives(u, outside, observer)?;
         let (start, end) = self.knots().domain();
         let zero = self.zero_derivative();
         for ((&u, table), out) in u.iter().zip(derivatives.chunks_exact(3)).zip(out) {
@@ -61,6 +60,18 @@ impl NurbsCurve {
             };
         }
         Ok(())
+    }
+
+    /// For each parameter the point and the first two derivatives.
+    fn two_derivatives(
+        &self,
+        u: &[f64],
+        outside: Outside,
+        observer: &mut dyn Observer,
+    ) -> Result<Vec<DVec3>> {
+        let mut derivatives = vec![DVec3::ZERO; 3 * u.len()];
+        self.derivatives(u, 2, &mut derivatives, outside, observer)?;
+        Ok(derivatives)
     }
 
     /// Computes the curvature at each parameter, in 1 / unit: the inverse of the radius of the
@@ -88,8 +99,7 @@ impl NurbsCurve {
         observer: &mut dyn Observer,
     ) -> Result<()> {
         check_length(out.len(), u.len())?;
-        let mut derivatives = vec![DVec3::ZERO; 3 * u.len()];
-        self.derivatives(u, 2, &mut derivatives, outside, observer)?;
+        let derivatives = self.two_derivatives(u, outside, observer)?;
         let zero = self.zero_derivative();
         for (table, out) in derivatives.chunks_exact(3).zip(out) {
             let speed = table[1].length();

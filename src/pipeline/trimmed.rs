@@ -12,7 +12,7 @@ use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Result};
 use crate::nurbs::NurbsSurface;
 use crate::progress::{Observer, Silent};
-use crate::trim::{TrimOptions, trim};
+use crate::trim::{Trim, TrimOptions, trim};
 
 const SETTINGS: TrimmedSettings = TrimmedSettings::STANDARD;
 
@@ -43,19 +43,10 @@ impl Trimmed {
             let report = Some(TrimReport::whole(surface_area, beyond));
             Ok(Self { shell, report, diagnostics })
         };
-        let untrimmed = |reason: String| vec![Diagnostic::Untrimmed { reason }];
         let options = TrimOptions { holes: trimming != Trimming::Outer, border: None };
-        let found = trim(&surface, uv, &options, observer);
-        let made = found.and_then(|found| {
-            let trimmed = Shell::new(found.faces.clone(), None)?;
-            let area = trimmed.area(SETTINGS.accuracy, observer)?;
-            let holes = hole_areas(&trimmed, observer)?;
-            Ok((found, trimmed, area, holes))
-        });
-        let (found, trimmed, area, holes) = match made {
-            Err(Error::Interrupted) => return Err(Error::Interrupted),
-            Err(error) => return whole(None, untrimmed(error.to_string())),
-            Ok(made) => made,
+        let found = match trim(&surface, uv, &options, observer) {
+            Err(error) => return whole(None, untrimmed(error)?),
+            Ok(found) => found,
         };
         let auto = trimming == Trimming::Auto;
         if found.loops.is_empty() {
@@ -63,7 +54,7 @@ impl Trimmed {
         }
         if let Some(doubt) = found.doubt.filter(|_| auto) {
             let reason = format!("{doubt}. Use `trim=True` to trim it all the same");
-            return whole(found.beyond_untrimmed, untrimmed(reason));
+            return whole(found.beyond_untrimmed, vec![Diagnostic::Untrimmed { reason }]);
         }
         if auto && found.pointless {
             return whole(found.beyond_untrimmed, vec![]);
@@ -72,9 +63,29 @@ impl Trimmed {
         if found.regions > 1 {
             diagnostics.push(Diagnostic::Regions { count: found.regions });
         }
+        let (trimmed, area, holes) = match measured(&found, observer) {
+            Err(error) => return whole(None, untrimmed(error)?),
+            Ok(made) => made,
+        };
         let report = Some(TrimReport::of(&found, (area, surface_area), holes));
         Ok(Self { shell: trimmed, report, diagnostics })
     }
+}
+
+/// The finding that an error of trimming leaves; an interruption stays an error.
+fn untrimmed(error: Error) -> Result<Vec<Diagnostic>> {
+    match error {
+        Error::Interrupted => Err(error),
+        error => Ok(vec![Diagnostic::Untrimmed { reason: error.to_string() }]),
+    }
+}
+
+/// The shell of trimmed faces, its area, and the areas of its holes.
+fn measured(found: &Trim, observer: &mut dyn Observer) -> Result<(Shell, f64, Vec<f64>)> {
+    let shell = Shell::new(found.faces.clone(), None)?;
+    let area = shell.area(SETTINGS.accuracy, observer)?;
+    let holes = hole_areas(&shell, observer)?;
+    Ok((shell, area, holes))
 }
 
 /// The areas of all holes, the largest first.

@@ -1,15 +1,17 @@
 //! `neurbs.NurbsCurve`: points, derivatives, tangents, curvature, bounding box, closest points.
 
+use bytemuck::{AnyBitPattern, NoUninit};
 use glam::DVec3;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 
 use super::arguments::optional_count;
 use super::arrays::{self, Numbers};
-use super::call;
+use super::call::{self, Watcher};
 use super::curve::NurbsCurve;
 use super::curve_points::CurvePoints;
 use super::evaluation::{Array, outside};
+use crate::error::Result;
 use crate::nurbs::MAX_DERIVATIVE;
 
 #[pymethods]
@@ -182,11 +184,8 @@ impl NurbsCurve {
     ) -> PyResult<Array<'py>> {
         let (py, u) = (u.py(), Numbers::one_or_more(u, "u")?);
         let result = arrays::output(py, out, &[u.shape(), &[3]].concat())?;
-        let (core, u, outside) = (self.core(), u.as_slice()?, outside(extrapolate));
-        let mut writable = arrays::writable(&result)?;
-        let tangents = bytemuck::cast_slice_mut(writable.as_slice_mut()?);
-        call::run(py, None, |watcher| core.tangents(u, tangents, outside, watcher))?;
-        drop(writable);
+        let (core, outside) = (self.core(), outside(extrapolate));
+        fill(py, &u, &result, |u, out, watcher| core.tangents(u, out, outside, watcher))?;
         Ok(result)
     }
 
@@ -227,11 +226,8 @@ impl NurbsCurve {
     ) -> PyResult<Array<'py>> {
         let (py, u) = (u.py(), Numbers::one_or_more(u, "u")?);
         let result = arrays::output(py, out, u.shape())?;
-        let (core, u, outside) = (self.core(), u.as_slice()?, outside(extrapolate));
-        let mut writable = arrays::writable(&result)?;
-        let curvatures = writable.as_slice_mut()?;
-        call::run(py, None, |watcher| core.curvatures(u, curvatures, outside, watcher))?;
-        drop(writable);
+        let (core, outside) = (self.core(), outside(extrapolate));
+        fill(py, &u, &result, |u, out, watcher| core.curvatures(u, out, outside, watcher))?;
         Ok(result)
     }
 
@@ -316,10 +312,20 @@ impl NurbsCurve {
         extrapolate: bool,
         result: &Bound<'_, PyArrayDyn<f64>>,
     ) -> PyResult<()> {
-        let u = u.as_slice()?;
-        let mut writable = arrays::writable(result)?;
-        let out = bytemuck::cast_slice_mut(writable.as_slice_mut()?);
-        let outside = outside(extrapolate);
-        call::run(py, None, |watcher| self.core().derivatives(u, order, out, outside, watcher))
+        let (core, outside) = (self.core(), outside(extrapolate));
+        fill(py, u, result, |u, out, watcher| core.derivatives(u, order, out, outside, watcher))
     }
+}
+
+/// Computes values at parameters into an array.
+fn fill<T: AnyBitPattern + NoUninit + Send>(
+    py: Python<'_>,
+    u: &Numbers<'_>,
+    result: &Bound<'_, PyArrayDyn<f64>>,
+    compute: impl FnOnce(&[f64], &mut [T], &mut Watcher) -> Result<()> + Send,
+) -> PyResult<()> {
+    let u = u.as_slice()?;
+    let mut writable = arrays::writable(result)?;
+    let out = bytemuck::cast_slice_mut(writable.as_slice_mut()?);
+    call::run(py, None, |watcher| compute(u, out, watcher))
 }

@@ -132,17 +132,6 @@ impl Border {
         (0..self.len()).map(|k| (self.uv[k] - origin).perp_dot(next(k))).sum()
     }
 
-    /// The area in space that the polygon encloses; 0 if it winds around a closed direction.
-    pub(super) fn area_in_space(&self) -> f64 {
-        if self.winds() {
-            return 0.0;
-        }
-        let (count, origin) = (self.len(), self.points[0]);
-        let side =
-            |k: usize| (self.points[k] - origin).cross(self.points[(k + 1) % count] - origin);
-        0.5 * (0..count).map(side).sum::<DVec3>().length()
-    }
-
     /// Whether it winds around a closed direction.
     pub(super) fn winds(&self) -> bool {
         self.shift != DVec2::ZERO

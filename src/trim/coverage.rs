@@ -1,8 +1,7 @@
 //! The part of a surface that lies beyond the points.
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
-use super::outside::in_space;
 use super::places::{Places, Rectangle};
 use super::settings::CoverageSettings;
 use crate::brep::Face;
@@ -23,12 +22,11 @@ pub(super) fn shares_beyond(
     spacing: &[f64],
 ) -> Result<(f64, f64)> {
     let samples = samples(&Rectangle::of(surface), places.len());
-    let mut derivatives = vec![glam::DVec3::ZERO; 4 * samples.len()];
+    let mut derivatives = vec![DVec3::ZERO; 4 * samples.len()];
     surface.derivatives(&samples, 1, &mut derivatives, Outside::Refuse, &mut Silent)?;
     let tree = KdTree::new(&places.points);
-    let points = in_space(surface, &samples)?;
     let is_far = |k: usize| {
-        let nearest = &tree.nearest(points[k], 1)[0];
+        let nearest = &tree.nearest(derivatives[4 * k], 1)[0];
         nearest.distance() > SETTINGS.far * spacing[nearest.index as usize]
     };
     let mut inside = vec![false; samples.len()];
@@ -38,11 +36,11 @@ pub(super) fn shares_beyond(
         }
     }
     // Areas of the whole surface and of the faces, each with the part of it that is far.
-    let (mut whole, mut far, mut kept, mut far_kept) = (0.0, 0.0, 0.0, 0.0);
+    let (mut all, mut far, mut kept, mut far_kept) = (0.0, 0.0, 0.0, 0.0);
     for (k, table) in derivatives.chunks_exact(4).enumerate() {
         let area = table[1].cross(table[2]).length();
         let beyond = if is_far(k) { area } else { 0.0 };
-        whole += area;
+        all += area;
         far += beyond;
         if inside[k] {
             kept += area;
@@ -50,7 +48,7 @@ pub(super) fn shares_beyond(
         }
     }
     let share = |part: f64, all: f64| if all > 0.0 { part / all } else { 0.0 };
-    Ok((share(far_kept, kept), share(far, whole)))
+    Ok((share(far_kept, kept), share(far, all)))
 }
 
 /// Middles of the cells of a grid over the rectangle.

@@ -62,8 +62,6 @@ pub struct LoopOutcome {
     pub corners: usize,
     /// Its length in space.
     pub length: f64,
-    /// The area that it encloses in space, on the surface; 0 if it winds.
-    pub area: f64,
 }
 
 /// Why the faces are doubtful: the whole surface may be better.

@@ -330,8 +330,8 @@ pub(super) struct OutlineSettings {
     /// Distance from a side up to which a part that begins and ends there belongs to the side.
     /// Unit: spacings. Source: the depth of border places.
     pub(super) sliver: f64,
-    /// Samples of each side of the rectangle. Unit: samples. Source: two hundred are a smooth
-    /// picture.
+    /// Samples of each side of the rectangle, and most between two places of an outline. Unit:
+    /// samples. Source: two hundred are a smooth picture.
     pub(super) side_samples: usize,
     /// Largest distance of the rectangle's border from the outline where trimming is pointless.
     /// Unit: spacings. Source: the radius of the smallest hole.

@@ -164,7 +164,6 @@ impl LoopOutcome {
             form: outline.form,
             corners: outline.corners,
             length: border.length(),
-            area: border.area_in_space(),
         }
     }
 }

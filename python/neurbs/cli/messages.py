@@ -19,7 +19,7 @@ from typer.core import TyperCommand
 
 import neurbs
 from neurbs.cli.help import write_options
-from neurbs.cli.options import flag, with_pairs
+from neurbs.cli.options import TRUTHS, flag, with_pairs
 from neurbs.errors import printable
 
 
@@ -71,7 +71,8 @@ def with_options(context: typer.Context, message: str) -> str:
         word = option.opts[0]
         if option.secondary_opts:
             return option.secondary_opts[0] if value == "False" else word
-        value = {"True": "yes", "False": "no"}.get(value, value)
+        words = {str(truth): word for word, truth in TRUTHS.items()}
+        value = words.get(value, value)
         return f"{word} {value}".rstrip()
 
     return re.sub(r"`(?P<name>\w+)(?:=(?P<value>[^`]+))?`", replaced, message)

@@ -192,13 +192,13 @@ def _value(text: Any) -> Any:
         return tuple(map(_value, text))
     if isinstance(text, str) and "," in text:
         return tuple(map(_value, text.split(",")))
-    if text in _TRUTHS:
-        return _TRUTHS[text]
+    if text in TRUTHS:
+        return TRUTHS[text]
     for kind in (int, float):
         with suppress(TypeError, ValueError):
             return text if isinstance(text, bool) else kind(text)
     return text
 
 
-_TRUTHS = {"yes": True, "no": False}
+TRUTHS = {"yes": True, "no": False}
 """The words for truth values."""

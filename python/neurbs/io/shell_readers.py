@@ -7,17 +7,16 @@ import os
 import warnings
 from collections import Counter
 from pathlib import Path
-from typing import Literal, cast
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from neurbs._core import Face, NeurbsError, Shell
+from neurbs.choices import LengthUnit
 from neurbs.io.face_file import Edges, FaceFile, label, no_faces
 from neurbs.io.face_readers import READABLE_FACES, read_faces
 from neurbs.io.reading import cause
-
-Unit = Literal["mm", "cm", "m", "in", "ft"]
 
 _APART = 1e-3
 """Share of the diagonal beyond which curves of the same edge show that a file is wrong."""
@@ -129,7 +128,7 @@ def _joined(
     faces: list[Face], edges: list[Edges | None], file: FaceFile
 ) -> tuple[Shell, str | None]:
     """Join faces by the file's edges, or by position; else say why they are not joined."""
-    unit = cast(Unit | None, file.unit)
+    unit = cast(LengthUnit | None, file.unit)
     known = [of_face for of_face in edges if of_face is not None]
     if len(known) == len(faces) and _shared(known) and _meet(faces, known):
         try:
