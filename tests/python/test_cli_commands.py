@@ -46,6 +46,26 @@ def test_a_map_by_the_paper_with_a_schedule(
     assert (som.training, som.radius, som.seed) == ("online", ("gaussian", 3, 100), 4)
 
 
+def test_a_map_is_drawn_in_its_unit(points_file: Path, tmp_path: Path, command: Command) -> None:
+    table, svg, pdf = (tmp_path / name for name in ("a.csv", "a.svg", "a.PDF"))
+    points = neurbs.read_points(points_file)
+    neurbs.save(neurbs.PointCloud(points, unit="in"), table)
+    words: list[str | Path] = ["-o", svg, "-o", pdf, "-o", tmp_path / "a.npz", "--rows", "4"]
+    assert command("train", table, *words, "--cols", "4", "--unit", "mm", "-q").code == 0
+    assert "<svg" in svg.read_text()
+    assert pdf.read_bytes().startswith(b"%PDF")
+    nodes = neurbs.SelfOrganizingMap.load(tmp_path / "a.npz").codebook_
+    assert np.ptp(nodes[..., 0]) > 10 * np.ptp(points[:, 0])
+
+
+def test_a_map_in_a_folder_that_is_missing_is_refused_first(
+    points_file: Path, tmp_path: Path, command: Command
+) -> None:
+    for name in ("no/a.npz", "no/a.gif"):
+        done = command("train", points_file, "-o", tmp_path / name)
+        assert (done.code, "there is no such folder, make it first" in done.err) == (1, True)
+
+
 def test_an_animation_is_written(points_file: Path, tmp_path: Path, command: Command) -> None:
     animation = tmp_path / "a.gif"
     words: list[str | Path] = ["-o", animation, "--rows", "4", "--cols", "4", "-q"]
@@ -56,7 +76,10 @@ def test_an_animation_is_written(points_file: Path, tmp_path: Path, command: Com
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["-o", "a.step"], "'--output': a.step: the suffix must be one of .npz .*, got the suffix"),
+        (
+            ["-o", "a.step"],
+            "'--output': a.step: must have the suffix of .*\\.npz; a picture: .*, got",
+        ),
         (["-o", "a.gif", "-o", "a.mp4"], "there must be at most one animation, got 2"),
         (["-o", "a.npz", "--rows", "1"], "--rows|rows"),
         (["-o", "a.npz", "--init", "magic"], "'--init': must be .*, got 'magic'"),

@@ -1,7 +1,9 @@
 """The files of the command line: many at once, tables, settings."""
 
+import gzip
 import os
 import re
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -80,6 +82,20 @@ def test_one_file_may_go_into_a_folder(
     folder.mkdir()
     assert command(*words).code == 0
     assert [file.name for file in folder.iterdir()] == [f"{points_file.stem}.step"]
+
+
+def test_results_of_a_folder_have_names_without_suffixes(
+    points_file: Path, tmp_path: Path, command: Command
+) -> None:
+    packed, pts = tmp_path / "a.xyz.gz", tmp_path / "b.v2.pts"
+    packed.write_bytes(gzip.compress(points_file.read_bytes()))
+    shutil.copy(points_file, pts)
+    folder = tmp_path / "made"
+    folder.mkdir()
+    assert command("reconstruct", packed, pts, "-o", folder, *QUICK).code == 0
+    assert {file.name for file in folder.iterdir()} == {"a.step", "b.v2.step"}
+    names = ("A.XYZ.GZ", "a.copc.laz", "a.gz", "a", "-")
+    assert [neurbs.io.stem_of(name) for name in names] == ["A", "a", "a", "a", "-"]
 
 
 def test_columns_are_chosen_and_points_dropped(tmp_path: Path, command: Command) -> None:
@@ -177,6 +193,9 @@ def test_the_command_line_overrides_the_file(
         ("[reconstuct]\ngrid = 3\n", "unknown table 'reconstuct': did you mean 'reconstruct'"),
         ("grid = 3\n", r"must be in a table of a command, as \[reconstruct\], got 'grid'"),
         ("[reconstruct]\nxyzzy = 3\n", "unknown setting 'xyzzy': it must be one of .*, tolerance"),
+        ("[train]\nrow = 3\n", r"\[train\] has an unknown setting 'row': did you mean 'rows'"),
+        ("[train]\ngrid = 3\n", r"\[train\] has an unknown setting 'grid'"),
+        ("train = 3\n", r"\[train\] must be a table, got 3"),
         ("[reconstruct\n", "must be a TOML file, but: "),
         ("[reconstruct]\ngrid = [1, 8]\n", "'--grid': must be .*, got .1, 8."),
         ("[reconstruct]\nseed = 'x'\n", "'--seed': must be .*, got 'x'"),

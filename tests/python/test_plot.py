@@ -404,6 +404,25 @@ def test_pyvista_draws_it(result: Reconstruction, disc: Reconstruction) -> None:
         assert len(np.unique(image.reshape(-1, 3), axis=0)) > 30
 
 
+def test_a_window_shows_its_picture_in_notebooks(
+    disc: Reconstruction, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pyvista = pytest.importorskip("pyvista", reason="PyVista is not installed")
+    monkeypatch.setattr(pyvista, "OFF_SCREEN", False)
+    on_screen = disc.plot(backend="pyvista")
+    # A window would open; `show` does so.
+    assert on_screen._repr_png_() is None
+    on_screen.close()
+    monkeypatch.setattr(pyvista.global_theme, "notebook", True)
+    for plotter in (disc.plot(backend="pyvista"), plot_points(disc.points, backend="pyvista")):
+        png = plotter._repr_png_()
+        assert png.startswith(b"\x89PNG")
+        assert plotter._repr_png_() == png
+        image = plotter.screenshot(return_img=True)
+        assert len(np.unique(image.reshape(-1, 3), axis=0)) > 30
+        plotter.close()
+
+
 def test_a_window_has_a_hole_and_the_size_that_is_given(disc: Reconstruction) -> None:
     pyvista = pytest.importorskip("pyvista", reason="PyVista is not installed")
     pyvista.OFF_SCREEN = True

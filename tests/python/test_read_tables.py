@@ -1,6 +1,7 @@
 """Points from text tables: separators, headers, columns, encodings, errors."""
 
 import re
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -286,6 +287,21 @@ def test_a_row_of_units_gives_the_unit(tmp_path: Path) -> None:
         ("1,10,20,5\n2,11,21,6\n", [[10, 20, 5], [11, 21, 6]], "column 0 counts the rows"),
         ("7 10 20 5 TREE\n8 11 21 6 ROCK\n", [[10, 20, 5], [11, 21, 6]], "column 0 counts"),
         ("101,1.5,2,3\n7,4,5,6\n", [[101, 1.5, 2], [7, 4, 5]], "column 0 may number the points"),
+        (
+            "1,10.5,20.5,5.25,EP\n2,11.5,21.5,6,EP\n5,12.5,22,7.5,TREE\n",
+            [[10.5, 20.5, 5.25], [11.5, 21.5, 6], [12.5, 22, 7.5]],
+            "column 0 numbers the points and is skipped; x is column 1 and y 2",
+        ),
+        (
+            "101 1.5 2.5 3.5\n102 4.5 5.5 6.5\n103 5.5 6.5 7.5\n",
+            [[1.5, 2.5, 3.5], [4.5, 5.5, 6.5], [5.5, 6.5, 7.5]],
+            "column 0 counts the rows and is skipped; .* many surveys have northing first",
+        ),
+        (
+            "0 5.5 1.25 7.5\n10 5.5 1.5 7.5\n20 5.5 1.75 7.5\n",
+            [[0, 5.5, 1.25], [10, 5.5, 1.5], [20, 5.5, 1.75]],
+            "column 0 may number the points",
+        ),
         ("0,1,2\n1.5,2,3\n", [[1.5, 2, 3]], "line 1, '0,1,2', is read as a header"),
         (",0,1,2\n0,1.5,2,3\n1,4,5,6\n", [[1.5, 2, 3], [4, 5, 6]], "header, .*; column 0 counts"),
         ("a,b,c\n1,2,3\n", [[1, 2, 3]], "the names 'a', 'b', 'c' are not known"),
@@ -336,6 +352,7 @@ def test_the_given_columns_decide(
         "1 2 3 0.5\n1 2.5 6 0.7\n",
         "0.5,1,2\n4,5,6\n",
         "1,2,3,4\n2,2,2,2\n3,1,1,1\n5,0,0,0\n",
+        "1 1 2.5 0.5\n1 2 3.5 0.5\n2 1 4.5 0.5\n2 2 5.5 0.5\n",
         "id,x,y,z\n1,1,2,3\n2,4,5,6\n",
         "P1 1 2 3\nP2 4 5 6\n",
     ],
@@ -431,18 +448,44 @@ def test_a_grid_without_a_size_of_its_cells_is_refused(cell: str, tmp_path: Path
         neurbs.read_points(path)
 
 
-def test_columns_in_different_units_are_refused(tmp_path: Path) -> None:
-    path = tmp_path / "p.csv"
-    for header in ("x [mm],y [m],z [mm]", "x [mm],y [mm],z [m]", "x (ft),y (deg),z (ft)"):
-        path.write_text(f"{header}\n1,2,3\n")
-        with pytest.raises(
-            NeurbsError, match="coordinates must have the same unit, but the header"
-        ):
-            neurbs.read_point_cloud(path)
-    path.write_text("lon [deg],lat [deg],height [m]\n1,2,3\n")
-    assert neurbs.read_point_cloud(path).unit is None
-    path.write_text("x [millimetre],y [mm],z [mm]\n1,2,3\n")
-    assert neurbs.read_point_cloud(path).unit == "mm"
+@pytest.mark.parametrize(
+    ("header", "unit"),
+    [
+        ("x [mm],y [mm],z [m]", "mm, z: m"),
+        ("lon [deg],lat [°],height [m]", "degree, z: m"),
+        ("x [millimetre],y [mm],z [mm]", "mm"),
+        ("X,Y,Depth [ft]", None),
+        ("X [m],Y [m],Z", None),
+        ("X [m],Y,Z", None),
+    ],
+)
+def test_columns_have_units_of_their_own(tmp_path: Path, header: str, unit: str | None) -> None:
+    path = written(tmp_path / "p.csv", f"{header}\n1,2,3\n")
+    cloud = neurbs.read_point_cloud(path)
+    assert cloud.unit == unit
+    neurbs.save(cloud, tmp_path / "q.csv")
+    again = neurbs.read_point_cloud(tmp_path / "q.csv")
+    assert (again.unit, again.points.tolist()) == (unit, [[1, 2, 3]])
+
+
+def test_columns_with_units_of_their_own_are_converted(tmp_path: Path) -> None:
+    path = written(tmp_path / "p.csv", "x [m],y [m],depth [ft]\n1,2,10\n")
+    np.testing.assert_allclose(neurbs.read_points(path, unit="m"), [[1, 2, 3.048]])
+    path.write_text("x [ft],y [deg],z [ft]\n1,2,3\n")
+    with pytest.raises(NeurbsError, match=r"x and y must have the same unit, .* has ft and degree"):
+        neurbs.read_point_cloud(path)
+
+
+def test_columns_without_a_unit_can_only_have_that_of_the_others(
+    tmp_path: Path, command: Callable[..., Any]
+) -> None:
+    path = written(tmp_path / "p.csv", "X,Y,Depth [ft]\n1,2,3\n")
+    cloud = neurbs.read_point_cloud(path, unit="ft")
+    assert (cloud.unit, cloud.points.tolist()) == ("ft", [[1, 2, 3]])
+    with pytest.raises(NeurbsError, match=r"unit must be 'ft' .* no unit of x and y, got 'mm'"):
+        neurbs.read_points(path, unit="mm")
+    done = command("convert", path, tmp_path / "q.csv", "--unit", "mm")
+    assert (done.code, "no unit of x and y, got 'mm'" in done.err) == (1, True)
 
 
 # Tables of many programs

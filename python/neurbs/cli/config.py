@@ -37,22 +37,11 @@ def _read_config(context: typer.Context, path: Path | None) -> Path | None:
         tables = tomllib.loads(content.decode())
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
         raise wrong(f"{path} must be a TOML file, but: {error}") from None
-    command = str(context.info_name)
     _check_tables(context, path, tables)
-    settings = tables.get(command, {})
-    if not isinstance(settings, dict):
-        raise wrong(f"{path}: [{command}] must be a table, got {settings!r}")
-    options = {
-        word.lstrip("-").replace("-", "_"): parameter
-        for parameter in context.command.params
-        for word in parameter.opts
-        if word.startswith("--") and word not in ("--config", "--help")
-    }
+    options = _options(context.command)
     defaults = {}
-    for key, value in settings.items():
-        option = options.get(key.replace("-", "_"))
-        if option is None:
-            raise wrong(f"{path}: [{command}] {_unknown('setting', key, list(options))}")
+    for key, value in tables.get(str(context.info_name), {}).items():
+        option = options[key.replace("-", "_")]
         if not isinstance(value, (str, int, float, list)):
             must = "a string, a number, a boolean or an array"
             raise wrong(f"{path}: {key} must be {must}, got {value!r}")
@@ -64,19 +53,34 @@ def _read_config(context: typer.Context, path: Path | None) -> Path | None:
 
 
 def _check_tables(context: typer.Context, path: Path, tables: dict[str, Any]) -> None:
-    """Check that each table of a file is named like a command, and that no setting is outside."""
+    """Check that each table of a file is named like a command, and each setting like an option."""
     wrong = partial(typer.BadParameter, ctx=context, param_hint="'--config'")
     program = context.parent.command if context.parent else None
-    commands = list(getattr(program, "commands", {context.info_name: None}))
-    for key, value in tables.items():
-        if key in commands:
-            continue
-        if isinstance(value, dict):
-            raise wrong(f"{path}: {_unknown('table', key, commands)}")
-        raise wrong(
-            f"{path}: settings must be in a table of a command, as [{context.info_name}], "
-            f"got {key!r} above all tables"
-        )
+    commands = getattr(program, "commands", {context.info_name: context.command})
+    for name, settings in tables.items():
+        if name in commands and not isinstance(settings, dict):
+            raise wrong(f"{path}: [{name}] must be a table, got {settings!r}")
+        if not isinstance(settings, dict):
+            raise wrong(
+                f"{path}: settings must be in a table of a command, as [{context.info_name}], "
+                f"got {name!r} above all tables"
+            )
+        if name not in commands:
+            raise wrong(f"{path}: {_unknown('table', name, list(commands))}")
+        known = _options(commands[name])
+        for key in settings:
+            if key.replace("-", "_") not in known:
+                raise wrong(f"{path}: [{name}] {_unknown('setting', key, list(known))}")
+
+
+def _options(command: Any) -> dict[str, Any]:
+    """Return the options of a command by their names in a file of settings."""
+    return {
+        word.lstrip("-").replace("-", "_"): parameter
+        for parameter in command.params
+        for word in parameter.opts
+        if word.startswith("--") and word not in ("--config", "--help")
+    }
 
 
 def _unknown(what: str, got: str, known: list[str]) -> str:

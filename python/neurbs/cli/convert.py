@@ -74,7 +74,7 @@ def convert(
         _refuse_unit(context, f"must be one of {', '.join(LENGTH_UNITS)}, got {from_unit!r}")
     if not has_faces(source) and target.suffix.lower() not in io.WRITABLE["points"]:
         _point_to_reconstruct(source, target, columns, nan, unit or from_unit)
-    read = load(source, columns, nan)
+    read = load(source, columns, nan, unit if from_unit is None else None)
     if from_unit is not None and read.unit not in (None, from_unit):
         _refuse_unit(context, f"must be left out, as {source} has the unit {read.unit!r}")
     for wanted in (from_unit, unit):

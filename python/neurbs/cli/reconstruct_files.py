@@ -186,7 +186,7 @@ def _targets(
             raise FileNotFoundError(
                 errno.ENOENT, "there is no such folder, make it first", str(folder)
             )
-    return [folder / f"{file.stem}.{s.lstrip('.')}" for folder in output for s in suffixes]
+    return [folder / f"{io.stem_of(file)}.{s.lstrip('.')}" for folder in output for s in suffixes]
 
 
 def _numbered(

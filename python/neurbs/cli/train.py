@@ -7,18 +7,24 @@ from typing import Annotated, Any
 
 import typer
 
-from neurbs import SelfOrganizingMap
+from neurbs import SelfOrganizingMap, io
 from neurbs.cli.command import command, print_json, print_table
 from neurbs.cli.completion import of_suffixes
 from neurbs.cli.config import Config
 from neurbs.cli.inputs import Columns, Nan, Points, check_points, read_points
-from neurbs.cli.options import FILES, REACH, SEED, AsJson, Option, Quiet, options_of, values
+from neurbs.cli.options import FILES, REACH, SEED, AsJson, Option, Quiet, Unit, options_of, values
 from neurbs.cli.outputs import check_outputs
 from neurbs.cli.progress import progress_bar
-from neurbs.io import check_target
+from neurbs.extras import check_installed
+from neurbs.io.writers import check_place
 from neurbs.plot import save_picture
 
-_MAP, _PICTURE, _ANIMATIONS = ".npz", ".png", (".gif", ".mp4", ".html")
+_MAP, _PICTURES, _ANIMATIONS = ".npz", io.WRITABLE["picture"], (".gif", ".mp4", ".html")
+
+_WRITABLE = (
+    f"the map: {_MAP}; a picture: {' '.join(_PICTURES)}; an animation of the training: "
+    f"{' '.join(_ANIMATIONS)}"
+)
 
 
 OPTIONS = (
@@ -114,9 +120,8 @@ def train(
             "--output",
             "-o",
             metavar="OUT",
-            help="File to write. The map: .npz; a picture: .png; an animation of the training: "
-            ".gif .mp4 .html",
-            autocompletion=of_suffixes(_MAP, _PICTURE, *_ANIMATIONS),
+            help=f"File to write; {_WRITABLE}",
+            autocompletion=of_suffixes(_MAP, *_PICTURES, *_ANIMATIONS),
             rich_help_panel=FILES,
             readable=False,
         ),
@@ -132,6 +137,7 @@ def train(
     ] = False,
     columns: Columns = None,
     nan: Nan = None,
+    unit: Unit = None,
     config: Config = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
@@ -141,7 +147,7 @@ def train(
     animations = [path for path in output if path.suffix.lower() in _ANIMATIONS]
     check_outputs(context, output, [points], check=lambda path: _check(context, path, animations))
     check_points(context, points)
-    cloud = read_points(points, columns, nan)
+    cloud = read_points(points, columns, nan, unit)
     given = values(options)
     som = SelfOrganizingMap.paper(cloud, **given) if paper else SelfOrganizingMap(**given)
     if animations:
@@ -152,7 +158,7 @@ def train(
     for path in output:
         if path.suffix.lower() == _MAP:
             som.save(path)
-        elif path.suffix.lower() == _PICTURE:
+        elif path.suffix.lower() in _PICTURES:
             save_picture(som.plot(cloud), path)
     files = [str(path) for path in output]
     measures: dict[str, Any] = {
@@ -172,16 +178,17 @@ def train(
 
 
 def _check(context: typer.Context, path: Path, animations: list[Path]) -> None:
-    known = (_MAP, _PICTURE, *_ANIMATIONS)
-    if path.suffix.lower() not in known:
+    suffix = path.suffix.lower()
+    if suffix not in (_MAP, *_PICTURES, *_ANIMATIONS):
         got = f"the suffix {path.suffix!r}" if path.suffix else "no suffix"
-        message = f"{path}: the suffix must be one of {' '.join(known)}, got {got}"
+        message = f"{path}: must have the suffix of a result ({_WRITABLE}), got {got}"
         raise typer.BadParameter(message, ctx=context, param_hint="'--output'")
     if len(animations) > 1:
         message = f"there must be at most one animation, got {len(animations)}"
         raise typer.BadParameter(message, ctx=context, param_hint="'--output'")
-    # `check_target` does not know .npz and animations; a picture needs the same permissions.
-    check_target(path.with_suffix(_PICTURE))
+    check_place(path)
+    if suffix != _MAP:
+        check_installed(path, "matplotlib")
 
 
 def _text(value: Any) -> str:

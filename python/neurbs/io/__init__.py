@@ -5,7 +5,7 @@ they are used.
 """
 
 from neurbs.io.point_cloud import PointCloud
-from neurbs.io.point_formats import READABLE, check_source
+from neurbs.io.point_formats import READABLE, check_source, stem_of
 from neurbs.io.point_readers import read_point_cloud, read_points
 from neurbs.io.shell_readers import load_shell
 from neurbs.io.surface_readers import LOADABLE, load_surface, load_surfaces
@@ -24,4 +24,5 @@ __all__ = [
     "read_point_cloud",
     "read_points",
     "save",
+    "stem_of",
 ]

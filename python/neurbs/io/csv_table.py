@@ -9,15 +9,19 @@ from numpy.typing import NDArray
 
 from neurbs.io.point_cloud import PointCloud
 from neurbs.io.row_blocks import row_blocks
+from neurbs.io.units import of_axes
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9 ]*")
-"""Names of units that need no quotes; where z has another unit, the header has none."""
+"""Names of units that need no quotes."""
 
 
 def write_csv(cloud: PointCloud, path: str) -> None:
-    """Write points and their attributes with all digits; the header has the unit in brackets."""
-    unit = f" [{cloud.unit}]" if cloud.unit and _NAME.fullmatch(cloud.unit) else ""
-    axes = ",".join(f"{axis}{unit}" for axis in "xyz")
+    """Write points and their attributes with all digits; the header has the units in brackets."""
+    units = of_axes(cloud.unit or "")
+    known = all(map(_NAME.fullmatch, units))
+    axes = ",".join(
+        f"{axis} [{unit}]" if known else axis for axis, unit in zip("xyz", units, strict=True)
+    )
     tables: dict[str, NDArray[Any]] = {axes: cloud.points}
     if cloud.normals is not None:
         tables["nx,ny,nz"] = cloud.normals

@@ -134,8 +134,9 @@ def _of_fields(
             rows = array[start : start + BLOCK]
             yield Block(np.column_stack([rows[name] for name in chosen]))
 
+    unit = header.unit_of(path, tuple(places), request.unit)
     described = Choice(places).described(header)
-    return PointSource(blocks(), count=len(array), columns=described)
+    return PointSource(blocks(), count=len(array), unit=unit, columns=described)
 
 
 def _check_real(path: Path, dtype: np.dtype[Any]) -> None:

@@ -61,6 +61,22 @@ def check_source(path: str | os.PathLike[str]) -> None:
         )
 
 
+def stem_of(path: str | os.PathLike[str]) -> str:
+    """Return the name of a file of points without the suffixes of its format and packing.
+
+    Examples
+    --------
+    >>> stem_of("scans/a.xyz.gz"), stem_of("a.copc.laz"), stem_of("a.v2.ply")
+    ('a', 'a', 'a.v2')
+    """
+    path = Path(path)
+    if path.suffix.lower() in PACKED:
+        path = path.with_suffix("")
+    if path.suffix.lower() in _READERS:
+        path = path.with_suffix("")
+    return path.stem if path.suffix.lower() in _VARIANTS else path.name
+
+
 def opened(path: str | os.PathLike[str], request: Request) -> PointSource:
     """Open a file of points, a compressed one, or standard input.
 
@@ -148,6 +164,9 @@ _READERS = _TABLES | {
     ".tif": read_geotiff,
     ".tiff": read_geotiff,
 }
+
+_VARIANTS = (".copc",)
+"""Suffixes of variants of a format, which stand before its own."""
 
 READABLE = (*_READERS, *PACKED)
 """Suffixes of points that can be read."""

@@ -141,9 +141,10 @@ def read_points(
     number of points.
 
     Without names the content decides. A first row 0, 1, 2, … is a header. A first column of
-    consecutive integers with three or more columns of numbers behind it counts the points. Columns
-    of text are skipped. The next three columns of numbers are x, y and z. A table of two columns
-    lies in z = 0. `read_point_cloud` returns what was read as what, in its attribute ``columns``.
+    consecutive integers with three or more columns of numbers behind it counts the points; so does
+    one of integers that increase unevenly beside decimals. Columns of text are skipped. The next
+    three columns of numbers are x, y and z. A table of two columns lies in z = 0.
+    `read_point_cloud` returns what was read as what, in its attribute ``columns``.
 
     Examples
     --------

@@ -106,13 +106,20 @@ def _by_content(path: Path, header: Header, sample: Sample, numbers: list[int]) 
     guess = None
     if header.names:
         guess = f"the names {', '.join(map(repr, header.labels))} are not known"
-    if len(numbers) > 3 and numbers[0] == 0 and header.numbers_points:
-        numbers = numbers[1:]
-    elif len(numbers) > 3 and sample.counts(numbers[0]):
-        guess = f"column {numbers[0]} counts the rows and is skipped"
-        numbers = numbers[1:]
-    elif len(numbers) > 3 and sample.may_count(numbers[0]):
-        guess = guess or f"column {numbers[0]} may number the points"
+    if len(numbers) > 3:
+        first, *others = numbers
+        # Files of surveys often have northing before easting, and no names.
+        order = f"; x is column {others[0]} and y {others[1]}, but many surveys have northing first"
+        if first == 0 and header.numbers_points:
+            numbers = others
+        elif sample.counts(first):
+            guess = f"column {first} counts the rows and is skipped{order}"
+            numbers = others
+        elif sample.numbers_with_gaps(first, others[:3]):
+            guess = f"column {first} numbers the points and is skipped{order}"
+            numbers = others
+        elif sample.may_count(first):
+            guess = guess or f"column {first} may number the points"
     if len(numbers) >= 3:
         return Choice(tuple(numbers[:3]), guess)
     if len(numbers) == 2 and sample.filled == 2:

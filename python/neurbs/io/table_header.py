@@ -9,7 +9,7 @@ from pathlib import Path
 
 from neurbs._core import LENGTH_UNITS, NeurbsError
 from neurbs.io.point_cloud import Columns
-from neurbs.io.units import symbol
+from neurbs.io.units import of_heights, symbol
 
 HORIZONTAL = (
     ("x", "y"),
@@ -70,7 +70,7 @@ _FILLERS = re.compile(
 _VARIABLES = re.compile(r"\s*variables\s*=", re.IGNORECASE)
 """The start of the header line of Tecplot."""
 
-_OTHER_UNITS = {"deg", "degree", "degrees", "°", "decimal degrees", "rad", "s", "ms", "-", ""}
+_OTHER_UNITS = {"degree", "rad", "s", "ms", "-", ""}
 
 
 @dataclass(frozen=True)
@@ -137,9 +137,7 @@ class Header:
     def is_units(self) -> bool:
         """Whether each field is a unit."""
         texts = [(label.strip("[](){} ").lower()) for label in self.labels]
-        return any(texts) and all(
-            symbol(text) in LENGTH_UNITS or text in _OTHER_UNITS for text in texts
-        )
+        return any(texts) and all(symbol(text) in {*LENGTH_UNITS, *_OTHER_UNITS} for text in texts)
 
     @property
     def normals(self) -> tuple[int, ...]:
@@ -181,23 +179,35 @@ class Header:
             )
         return indices
 
-    def unit_of(self, columns: tuple[int, ...]) -> str | None:
-        """Return the unit of columns, or None if they have different units or none."""
-        units = {self.units[column] for column in columns if column < len(self.units)}
-        symbols = {None if unit is None else symbol(unit) for unit in units}
-        return symbols.pop() if len(symbols) == 1 else None
+    def unit_of(self, path: Path, columns: tuple[int, ...], wanted: str | None) -> str | None:
+        """Return the unit of coordinates, of which z may have another one.
 
-    def check_units(self, path: Path, columns: tuple[int, ...]) -> None:
-        """Check that coordinates have the same unit; z may differ if x and y are no lengths."""
-        units = [self.units[c] if c < len(self.units) else None for c in columns]
-        known = [symbol(unit) for unit in units if unit is not None]
-        lengths = {unit for unit in known if unit in LENGTH_UNITS}
-        flat = {symbol(unit) for unit in units[:2] if unit is not None}
-        if len(lengths) > 1 or len(flat) > 1:
+        It is unknown if a column has none. Such columns can only be read in the unit of the others.
+
+        Raises
+        ------
+        NeurbsError
+            If x and y have different units, or `wanted` is not the unit of those that have one.
+        """
+        given = [self.units[c] if c < len(self.units) else None for c in columns]
+        units = [None if unit is None else symbol(unit) for unit in given]
+        flat = [unit for unit in units[:2] if unit]
+        if len({*flat}) > 1:
             raise NeurbsError(
-                f"{path}: coordinates must have the same unit, but the header in line {self.line} "
-                f"has {', '.join(known)}: convert them"
+                f"{path}: x and y must have the same unit, but the header in line {self.line} "
+                f"has {' and '.join(flat)}: convert them"
             )
+        known = [unit for unit in units if unit]
+        if None not in units:
+            return of_heights(known[0], known[-1])
+        if wanted is not None and {*known} - {wanted}:
+            missing = [axis for axis, unit in zip("xyz", units, strict=False) if unit is None]
+            raise NeurbsError(
+                f"{path}: unit must be {known[0]!r} or left out, as the header in line "
+                f"{self.line} has no unit of {' and '.join(missing)}, got {wanted!r}: complete it "
+                "to convert the points"
+            )
+        return None
 
     @property
     def keys(self) -> list[str]:

@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import accumulate
+from itertools import accumulate, pairwise
 
 from neurbs.io.table import MISSING, Layout, is_number
 
@@ -85,6 +85,22 @@ class Sample:
             return False
         first = int(texts[0])
         return all(int(text) == first + i for i, text in enumerate(texts))
+
+    def numbers_with_gaps(self, column: int, others: Sequence[int]) -> bool:
+        """Whether a column has increasing integers with gaps, beside others with decimals.
+
+        At even steps they may be places along a profile.
+        """
+        texts = [fields[column] for fields in self.fields]
+        if not all(map(_INTEGER.fullmatch, texts)):
+            return False
+        steps = {int(after) - int(before) for before, after in pairwise(texts)}
+        return len(steps) > 1 and min(steps) > 0 and all(map(self._has_decimals, others))
+
+    def _has_decimals(self, column: int) -> bool:
+        """Whether at least half of the fields of a column are no integers."""
+        texts = [fields[column].lstrip("-") for fields in self.fields]
+        return 2 * sum(map(bool, map(_INTEGER.fullmatch, texts))) <= len(texts)
 
     def may_count(self, column: int) -> bool:
         """Whether a column has different integers, and one of the next three has other numbers."""

@@ -43,7 +43,7 @@ def read_text(path: Path, request: Request) -> PointSource:
             normals=(3, 4, 5) if request.attributes and attributes == "normals" else (),
             colors=(3, 4, 5) if request.attributes and attributes == "colors" else (),
         )
-        table = _Table(layout, table.unit, choice.described(above.header), None)
+        table = _Table(layout, table.unit, choice.described(above.header))
 
     def rows() -> Iterator[tuple[int, str]]:
         return islice(data_rows(path), above.rows, None)
@@ -104,7 +104,7 @@ class _Table:
     layout: Layout
     unit: str | None
     described: str
-    guess: str | None
+    guess: str | None = None
 
     def source(self, path: Path, rows: Rows) -> PointSource:
         """Return the points of rows."""
@@ -118,7 +118,7 @@ def _table(path: Path, request: Request, header: Header, first: list[tuple[int, 
     layout = detect_layout(first[0][1])
     sample = Sample.of(first, layout)
     choice = choose(path, header, sample, request.columns)
-    header.check_units(path, choice.points)
+    unit = header.unit_of(path, choice.points, request.unit)
     layout = replace(
         layout,
         points=choice.points,
@@ -127,7 +127,7 @@ def _table(path: Path, request: Request, header: Header, first: list[tuple[int, 
         width=sample.width,
         allow_missing=request.nan == "drop",
     )
-    return _Table(layout, header.unit_of(choice.points), choice.described(header), choice.guess)
+    return _Table(layout, unit, choice.described(header), choice.guess)
 
 
 def check_commas(path: Path, rows: Rows, separator: str | None) -> None:

@@ -17,6 +17,7 @@ _SYMBOLS = {
     "inch": "in", "inches": "in", "foot": "ft", "feet": "ft",
     "micron": "um", "micrometre": "um", "micrometer": "um", "micrometers": "um", "\u00b5m": "um",
     "kilometre": "km", "kilometer": "km", "kilometers": "km", "yard": "yd", "yards": "yd",
+    "deg": "degree", "degrees": "degree", "\u00b0": "degree", "decimal degrees": "degree",
     "us survey foot": "US survey foot", "us survey feet": "US survey foot",
 }  # fmt: skip
 
@@ -80,6 +81,18 @@ def of_heights(unit: str, height_unit: str) -> str:
     return unit if unit == height_unit else f"{unit}{_OF_HEIGHTS}{height_unit}"
 
 
+def of_axes(unit: str) -> tuple[str, str, str]:
+    """Return the units of x, y and z, the inverse of `of_heights`.
+
+    Examples
+    --------
+    >>> of_axes("m"), of_axes("m, z: ft")
+    (('m', 'm', 'm'), ('m', 'm', 'ft'))
+    """
+    plane, _, height = unit.partition(_OF_HEIGHTS)
+    return plane, plane, height or plane
+
+
 def conversion(unit: str | None, wanted: str) -> NDArray[np.float64]:
     """Return the factors of x, y and z that convert coordinates to another unit.
 
@@ -102,9 +115,8 @@ def conversion(unit: str | None, wanted: str) -> NDArray[np.float64]:
     """
     if unit is None or unit == wanted:
         return np.ones(3)
-    plane, _, height = unit.partition(_OF_HEIGHTS)
     try:
-        lengths = [_LENGTHS[symbol(name)] for name in (plane, plane, height or plane)]
+        lengths = [_LENGTHS[symbol(name)] for name in of_axes(unit)]
     except KeyError:
         raise NeurbsError(
             f"coordinates must have a unit of length to be converted to {wanted}, got {unit!r}"
@@ -134,5 +146,5 @@ def file_unit(unit: str | None) -> str | None:
         conversion(unit, "mm")
     except NeurbsError:
         return None
-    length = _LENGTHS[symbol(unit.partition(_OF_HEIGHTS)[0])]
+    length = _LENGTHS[symbol(of_axes(unit)[0])]
     return min(LENGTH_UNITS, key=lambda known: abs(math.log(LENGTH_UNITS[known] / length)))

@@ -169,11 +169,24 @@ def check_target(path: str | os.PathLike[str]) -> None:
         its folder does not exist, `PermissionError` if it is not writeable.
     """
     path = Path(path)
-    if path.is_dir():
-        raise IsADirectoryError(errno.EISDIR, "a result is a file, but this is a folder", str(path))
-    if path.suffix.lower() not in _FORMATS:
+    if path.suffix.lower() not in _FORMATS and not path.is_dir():
         got = f"the suffix {path.suffix!r}" if path.suffix else "no suffix"
         raise NeurbsError(f"{path}: results are written as {' '.join(_FORMATS)}, got {got}")
+    check_place(path)
+    if library := _LIBRARIES.get(path.suffix.lower()):
+        check_installed(path, library)
+
+
+def check_place(path: Path) -> None:
+    """Check that a file of any format can be written at a place.
+
+    Raises
+    ------
+    NeurbsError, OSError
+        As for `check_target`.
+    """
+    if path.is_dir():
+        raise IsADirectoryError(errno.EISDIR, "a result is a file, but this is a folder", str(path))
     folder = Path(os.path.realpath(path)).parent
     if not folder.exists():
         raise FileNotFoundError(errno.ENOENT, "there is no such folder, make it first", str(folder))
@@ -185,8 +198,6 @@ def check_target(path: str | os.PathLike[str]) -> None:
         raise NeurbsError(f"{path}: a result replaces a file, but this is a device or a pipe")
     if path.exists() and not os.access(path, os.W_OK):
         raise PermissionError(errno.EACCES, "this file is not writeable", str(path))
-    if library := _LIBRARIES.get(path.suffix.lower()):
-        check_installed(path, library)
 
 
 def _parts(thing: object) -> dict[str, Callable[[], Any]]:

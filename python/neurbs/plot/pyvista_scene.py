@@ -101,9 +101,11 @@ def points_plotter(box: AxesBox, points: NDArray[np.float64], picture: Picture) 
 
 
 def _plotter(box: AxesBox, picture: Picture) -> Any:
-    pyvista: Any = require("pyvista", "windows")
+    require("pyvista", "windows")
+    from neurbs.plot.shown_plotter import ShownPlotter
+
     size = picture.size and [round(side * picture.dpi) for side in picture.size]
-    plotter = pyvista.Plotter(window_size=size)
+    plotter = ShownPlotter(window_size=size)
     plotter.set_background("white")
     longer = [box.label(axis) for axis in range(3) if box.factor[axis] != 1]
     if longer:
