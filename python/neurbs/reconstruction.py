@@ -56,7 +56,7 @@ class Reconstruction:
         Stage, step and error in the points' unit, for each epoch of the training and each later
         step.
     unit : str, optional
-        The unit of the points, if they are a `PointCloud` that has one.
+        The unit of the points, if it is given or they are a `PointCloud` that has one.
     """
 
     points: NDArray[np.float64] = dataclasses.field(repr=False)
@@ -194,10 +194,26 @@ def scattered(points: ArrayLike) -> NDArray[np.float64]:
     return _core.as_points(points)
 
 
-def in_unit_of(points: object, result: Reconstruction) -> Reconstruction:
-    """Return a result in the unit of its points, if they are a `PointCloud` that has one."""
+def converted_to(points: Any, unit: LengthUnit | None) -> Any:
+    """Return points in a unit: a `PointCloud` is converted, other points have no unit.
+
+    Raises
+    ------
+    NeurbsError
+        If the unit is unknown, or that of the cloud is no length.
+    """
+    if unit is None:
+        return points
+    from neurbs.io.units import check_unit
+
+    check_unit(unit)
     # Not by its class, whose module would be loaded.
-    unit = getattr(points, "unit", None)
+    return points.to_unit(unit) if isinstance(getattr(points, "unit", None), str) else points
+
+
+def in_unit_of(points: object, result: Reconstruction, unit: str | None = None) -> Reconstruction:
+    """Return a result in a unit, by default in that of its points if they are a `PointCloud`."""
+    unit = unit or getattr(points, "unit", None)
     if not isinstance(unit, str):
         return result
     # A shell keeps lengths only.

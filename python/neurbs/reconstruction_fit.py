@@ -15,9 +15,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from neurbs import _core, diagnostics
 from neurbs import reconstruction_chunks as chunks
-from neurbs.choices import KindChoice, Positions, TrimChoice
+from neurbs.choices import KindChoice, LengthUnit, Positions, TrimChoice
 from neurbs.errors import argument_error
-from neurbs.reconstruction import Reconstruction, in_unit_of, scattered, wrapped
+from neurbs.reconstruction import Reconstruction, converted_to, in_unit_of, scattered, wrapped
 from neurbs.renamed import without_old_keywords
 
 _MIN_POINTS = 4
@@ -45,6 +45,7 @@ def reconstruct(
     max_control_points: int = 40_000,
     aspect: Literal["data", "fixed"] = "data",
     seed: int = 0,
+    unit: LengthUnit | None = None,
     progress: Callable[[_core.Progress], object] | None = None,
 ) -> Reconstruction: ...
 
@@ -70,6 +71,7 @@ def reconstruct(
     max_control_points: int = 40_000,
     aspect: Literal["data", "fixed"] = "data",
     seed: int = 0,
+    unit: LengthUnit | None = None,
     progress: Callable[[_core.Progress], object] | None = None,
 ) -> list[Reconstruction]: ...
 
@@ -95,6 +97,7 @@ def reconstruct(
     max_control_points: int = 40_000,
     aspect: Literal["data", "fixed"] = "data",
     seed: int = 0,
+    unit: LengthUnit | None = None,
     progress: Callable[[_core.Progress], object] | None = None,
 ) -> Reconstruction | list[Reconstruction]:
     """Turn scattered points into a NURBS surface.
@@ -166,6 +169,9 @@ def reconstruct(
         gives it.
     seed : int, default 0
         Seed of all random numbers; the same seed gives the same bits.
+    unit : {"mm", "cm", "m", "in", "ft"}, optional
+        The unit of the result, and of lengths such as `tolerance`. A `PointCloud` with another unit
+        is converted; points without one are taken to be in it. By default that of the cloud.
     progress : callable, optional
         Called some 25 times a second with a `Progress`. An exception that it raises ends the job.
 
@@ -212,6 +218,7 @@ def reconstruct(
     (True, True)
     """
     start = time.perf_counter()
+    points = converted_to(points, unit)
     options: dict[str, Any] = {
         "tolerance": tolerance,
         "kind": kind,
@@ -239,7 +246,7 @@ def reconstruct(
         found = [_of_chunks(points, options, progress, start)]
     else:
         found = [_of_scattered(scattered(points), options, progress, start)]
-    found = [in_unit_of(points, result) for result in found]
+    found = [in_unit_of(points, result, unit) for result in found]
     for result in found:
         # The caller is one level farther away, because this function is wrapped.
         diagnostics.warn(result.report.diagnostics, stacklevel=3)

@@ -9,7 +9,8 @@ from typing import Any, Literal
 from numpy.typing import ArrayLike
 
 from neurbs import _core, diagnostics
-from neurbs.reconstruction import Reconstruction, in_unit_of, scattered, wrapped
+from neurbs.choices import LengthUnit
+from neurbs.reconstruction import Reconstruction, converted_to, in_unit_of, scattered, wrapped
 
 
 def reconstruct_paper(
@@ -22,6 +23,7 @@ def reconstruct_paper(
     reach: float | None = None,
     min_change: float | None = None,
     seed: int = 0,
+    unit: LengthUnit | None = None,
     progress: Callable[[_core.Progress], object] | None = None,
 ) -> Reconstruction:
     """Turn scattered points into a surface by the paper's method.
@@ -53,6 +55,8 @@ def reconstruct_paper(
         unit; by default 0.05 of the lattice's mean spacing.
     seed : int, default 0
         Seed of all random numbers; the same seed gives the same bits.
+    unit : {"mm", "cm", "m", "in", "ft"}, optional
+        The unit of the result; see `neurbs.reconstruct`.
     progress : callable, optional
         Called some 25 times a second with a `Progress`. An exception that it raises ends the job.
 
@@ -89,6 +93,7 @@ def reconstruct_paper(
     NurbsSurface(net 10 × 8, degree (3, 3), domain [0, 1] × [0, 1], polynomial, open)
     """
     start = time.perf_counter()
+    points = converted_to(points, unit)
     options: dict[str, Any] = {
         "grid": grid,
         "degree": degree,
@@ -101,6 +106,6 @@ def reconstruct_paper(
     converted = scattered(points)
     found = _core.reconstruct_paper(converted, options, progress)
     result = wrapped(converted, found, options, start)
-    result = in_unit_of(points, result)
+    result = in_unit_of(points, result, unit)
     diagnostics.warn(result.report.diagnostics, stacklevel=2)
     return result

@@ -117,5 +117,15 @@ def test_options_out_of_range_are_refused(option: str, value: object, message: s
 
 def test_options_of_the_fit_are_unknown() -> None:
     known = inspect.signature(neurbs.reconstruct_paper).parameters
-    own = {"grid", "degree", "surface", "max_steps", "reach", "min_change", "seed", "progress"}
+    own = {
+        "grid",
+        "degree",
+        "surface",
+        "max_steps",
+        "reach",
+        "min_change",
+        "seed",
+        "unit",
+        "progress",
+    }
     assert set(known) == {"points"} | own

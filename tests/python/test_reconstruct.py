@@ -83,7 +83,9 @@ def test_each_kind_closes_its_directions(
 
 def test_defaults_are_those_of_the_core() -> None:
     ours = inspect.signature(neurbs.reconstruct).parameters
-    options = {name: p.default for name, p in ours.items() if name not in ("points", "progress")}
+    options = {
+        name: p.default for name, p in ours.items() if name not in ("points", "unit", "progress")
+    }
     assert options == _core.default_options()
 
 

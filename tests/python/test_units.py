@@ -214,6 +214,29 @@ def test_a_result_has_the_unit_of_its_points(in_inches: neurbs.Reconstruction) -
     assert each.unit == "cm"
 
 
+def test_a_result_has_the_unit_that_is_given(in_inches: neurbs.Reconstruction) -> None:
+    points = in_inches.points
+    options: dict[str, Any] = {"grid": (6, 6), "trim": False}
+    from_array = neurbs.reconstruct(points, unit="in", **options)
+    assert (from_array.unit, from_array.shell.unit) == ("in", "in")
+    assert from_array.surface == in_inches.surface
+    chunks = iter([points[:100], points[100:]])
+    assert neurbs.reconstruct(chunks, unit="in", **options).unit == "in"
+    cloud = PointCloud(points, unit="in")
+    in_mm = neurbs.reconstruct(cloud, tolerance=2.54, unit="mm", **options)
+    assert (in_mm.unit, in_mm.report.converged) == ("mm", True)
+    assert in_mm.shell.unit == "mm"
+    np.testing.assert_allclose(in_mm.points, 25.4 * points, rtol=1e-15)
+    (each,) = neurbs.reconstruct(cloud, component="each", unit="cm", **options)
+    assert each.unit == "cm"
+    paper = neurbs.reconstruct_paper(points, grid=(4, 4), max_steps=100, unit="m")
+    assert (paper.unit, paper.shell.unit) == ("m", "m")
+    with pytest.raises(NeurbsError, match=r"unit must be 'mm' or .*, got 'inch'"):
+        neurbs.reconstruct(points, unit="inch")  # type: ignore[call-overload]
+    with pytest.raises(NeurbsError, match=r"must have a unit of length .* to mm, got 'degree'"):
+        neurbs.reconstruct(PointCloud(points, unit="degree"), unit="mm")
+
+
 def test_legends_have_the_unit_of_the_points(
     in_inches: neurbs.Reconstruction, tmp_path: Path
 ) -> None:

@@ -340,4 +340,6 @@ def _command(result: Reconstruction, source: str | os.PathLike[str] | None) -> s
 
 def _call(result: Reconstruction) -> str:
     options = [f"{name}={value!r}" for name, value in _changed(result).items()]
+    if result.unit in _core.LENGTH_UNITS:
+        options.append(f"unit={result.unit!r}")
     return f"neurbs.{_function(result)}({', '.join(['points', *options])})"
