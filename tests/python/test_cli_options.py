@@ -32,13 +32,13 @@ def module(name: str) -> ModuleType:
         ("reconstruct", "PAPER_OPTIONS", neurbs.reconstruct_paper, {"unit", "progress"}),
         ("train", "OPTIONS", neurbs.SelfOrganizingMap, set()),
         ("tessellate", "OPTIONS", neurbs.NurbsSurface.tessellate, {"self", "progress"}),
-        ("view", "OPTIONS", plot.plot_surface, {"surface", "backend"}),
+        ("view", "OPTIONS", plot.plot_surface, {"surface", "unit", "backend"}),
     ],
 )
 def test_each_argument_that_words_can_give_has_an_option(
     name: str, table: str, function: Callable[..., Any], without_option: set[str]
 ) -> None:
-    # Points are a file of the command, which reads them in a unit.
+    # A command reads a file in a unit.
     arguments = set(inspect.signature(function).parameters) - {"points"} - without_option
     assert {option.name for option in getattr(module(name), table)} == arguments
 

@@ -450,3 +450,21 @@ def test_a_file_without_a_unit_has_that_of_the_other(tmp_path: Path, command: Co
     for files in ((known, plain), (plain, known)):
         done = command("compare", *files, "--json").json()
         assert (done["unit"], done["deviation"]["max"]) == ("m, z: US survey foot", 0)
+
+
+def test_a_view_is_in_its_unit(
+    in_inches: neurbs.Reconstruction, tmp_path: Path, command: Command
+) -> None:
+    part, points, picture = (tmp_path / name for name in ("a.step", "a.csv", "a.svg"))
+    in_inches.save(part)
+    neurbs.save(PointCloud(in_inches.points, unit="in"), points)
+    words = ["view", part, "--points", points, "--color", "deviation", "-o", picture]
+    for options, unit in (([], "in"), (["--unit", "mm"], "mm")):
+        assert command(*words, *options).code == 0
+        drawn = picture.read_text()
+        assert f"<!-- deviation, {unit} (local mean) -->" in drawn
+        (rms,) = re.findall(r"<!-- rms ([\d.e-]+), max", drawn)
+        expected = in_inches.report.rms * units.conversion("in", unit)[0]
+        assert float(rms) == pytest.approx(expected, rel=0.05)
+    done = command("view", part, "--unit", "inch", "-o", picture)
+    assert (done.code, "'--unit': must be 'mm' or " in done.err) == (2, True)

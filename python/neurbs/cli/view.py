@@ -15,7 +15,7 @@ from neurbs.cli.command import command, print_table
 from neurbs.cli.completion import of_suffixes
 from neurbs.cli.config import Config
 from neurbs.cli.inputs import Columns, File, Nan, load, only_surface, read_points
-from neurbs.cli.options import FILES, Option, Quiet, flag, options_of, values
+from neurbs.cli.options import FILES, Option, Quiet, Unit, flag, options_of, values
 from neurbs.io.units import file_unit
 from neurbs.plot import plot_points, plot_shell, plot_surface, save_picture
 from neurbs.plot.standard_view import VIEWS
@@ -34,7 +34,6 @@ OPTIONS = (
         "NUMBER",
         default="by the deviations",
     ),
-    Option("unit", "Name of the points' unit, for the legend"),
     Option("isolines", "Isoparametric lines across the longer direction; 0 for none", "N"),
     Option("control_net", "Draw the control net of a surface too", ""),
     Option(
@@ -58,7 +57,7 @@ OPTIONS = (
 )
 """Options of `neurbs.plot.plot_surface`."""
 
-_OF_POINTS = ("unit", "view", "size", "dpi", "exaggeration")
+_OF_POINTS = ("view", "size", "dpi", "exaggeration")
 """Options that pictures of points have, too."""
 
 
@@ -93,6 +92,7 @@ def view(
     ] = None,
     columns: Columns = None,
     nan: Nan = None,
+    unit: Unit = None,
     config: Config = None,
     quiet: Quiet = False,
     **options: Any,
@@ -105,18 +105,17 @@ def view(
         )
     if output is None:
         _check_display()
-    thing, given = load(file, columns, nan), values(options)
+    thing, given = load(file, columns, nan, unit), values(options)
     backend: Backend = "pyvista" if output is None else "matplotlib"
-    unit = file_unit(thing.unit)
-    cloud = None if points is None else read_points(points, columns, nan, unit)
+    cloud = None if points is None else read_points(points, columns, nan, file_unit(thing.unit))
     if isinstance(thing, PointCloud):
         _refuse(file, "points", [name for name in given if name not in _OF_POINTS])
-        drawn = plot_points(thing.points, backend=backend, **given)
+        drawn = plot_points(thing.points, backend=backend, unit=thing.unit or "", **given)
     elif surface := only_surface(thing):
-        drawn = plot_surface(surface, cloud, backend=backend, **given)
+        drawn = plot_surface(surface, cloud, backend=backend, unit=thing.unit or "", **given)
     else:
         _refuse(file, "a shell", [name for name in given if name == "control_net"])
-        drawn = plot_shell(thing, cloud, backend=backend, **given)
+        drawn = plot_shell(thing, cloud, backend=backend, unit=thing.unit or "", **given)
     if output is None:
         drawn.show(title=str(file))
         return
