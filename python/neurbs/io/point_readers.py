@@ -64,6 +64,8 @@ def read_points(
     Text with a header of ``ncols`` and ``nrows``, or of ``north:``; ``.tif``, ``.tiff``
         A grid of ESRI, GDAL or GRASS, or a GeoTIFF with one band: the centers of the cells, with
         the value as z. Cells without data are left out.
+    Text with ``VARIABLES =`` and ``ZONE``
+        The nodes of all zones of Tecplot, by points or by blocks; the names give the coordinates.
     ``.ptx``
         Leica's scans, joined in their common frame. Points at 0 are not measured and left out.
     ``.npy``, ``.npz``

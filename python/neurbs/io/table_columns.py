@@ -5,11 +5,12 @@ The rule is documented in `neurbs.read_points`.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 from neurbs._core import NeurbsError
-from neurbs.io.point_cloud import Columns
+from neurbs.io.point_cloud import Columns, Doubt
 from neurbs.io.table import shown
 from neurbs.io.table_header import Header
 from neurbs.io.table_sample import Sample
@@ -81,6 +82,15 @@ def choose(path: Path, header: Header, sample: Sample, columns: Columns | None) 
     if header.has_some_axes and len(numbers) != 2:
         raise _unnamed(path, header)
     return _by_content(path, header, sample, numbers)
+
+
+def doubts(described: str, guesses: Iterable[str | None]) -> list[Doubt]:
+    """Return the doubts about columns for reasons, of which None is none."""
+    reasons = [guess for guess in guesses if guess]
+    if not reasons:
+        return []
+    message = f"{described}, as a guess: {'; '.join(reasons)}: use `columns` to choose"
+    return [Doubt("columns-guessed", message)]
 
 
 def _with_unnamed_height(path: Path, header: Header, sample: Sample, numbers: list[int]) -> Choice:

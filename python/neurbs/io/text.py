@@ -9,12 +9,13 @@ from itertools import islice
 from pathlib import Path
 
 from neurbs._core import NeurbsError
-from neurbs.io.point_cloud import Block, Doubt, PointSource, Request, checked_count
+from neurbs.io.point_cloud import Block, PointSource, Request, checked_count
 from neurbs.io.preamble import data_rows, detect_layout, preamble
 from neurbs.io.table import Layout, Rows, read_blocks, split
-from neurbs.io.table_columns import Choice, choose
+from neurbs.io.table_columns import Choice, choose, doubts
 from neurbs.io.table_header import Header
 from neurbs.io.table_sample import SAMPLE, Sample
+from neurbs.io.tecplot import is_tecplot, read_tecplot
 
 _THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 """A number whose comma may separate thousands."""
@@ -31,6 +32,8 @@ def read_text(path: Path, request: Request) -> PointSource:
 
     The accepted forms are listed in `neurbs.read_points`.
     """
+    if is_tecplot(path):
+        return read_tecplot(path, request)
     above = preamble(path)
     table = _table(path, request, above.header, above.first)
     attributes = _SIX.get(path.suffix.lower())
@@ -49,11 +52,8 @@ def read_text(path: Path, request: Request) -> PointSource:
         return islice(data_rows(path), above.rows, None)
 
     source = table.source(path, rows)
-    guesses = [guess for guess in (above.guess, table.guess) if guess]
     described = f"{table.described}; the points start in line {above.first[0][0]}"
-    if guesses:
-        doubt = f"{table.described}, as a guess: {'; '.join(guesses)}: use `columns` to choose"
-        source.doubts.append(Doubt("columns-guessed", doubt))
+    source.doubts.extend(doubts(table.described, [above.guess, table.guess]))
     if above.count is not None:
         source = replace(source, blocks=_counted(path, source.blocks, *above.count))
     return replace(source, columns=described)
