@@ -1,7 +1,6 @@
 """Points from text tables: separators, headers, columns, encodings, errors."""
 
 import re
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -86,7 +85,7 @@ def test_encodings_are_detected(tmp_path: Path, encoding: str) -> None:
         ("1 2 3\n4 abc 6\n", "line 2, column 2 must be a finite number, got 'abc'"),
         ("# c\n\nx y z\n1 2 3\n4 5 6e\n", "line 5, column 3 must be a finite number, got '6e'"),
         ("1,2,3\n4,,6\n", "line 2, column 2 must be a finite number, got nothing"),
-        ("1;2;3\n4;5;1,234.5\n", "line 2, column 3 must be a finite number, got '1.234.5'"),
+        ("1;2;3\n4;5;1,2.5\n", "line 2, column 3 must be a finite number, got '1.2.5'"),
         ("1 2 3\n4 5 nan\n", "line 2, column 3 must be a finite number, got 'nan': remove"),
         ("1 2 3\n4 5 1e999\n", "line 2, column 3 must be a finite number, got '1e999': remove"),
         ("1 2 3\n4 5 1_0\n", "line 2, column 3 must be a finite number, got '1_0'"),
@@ -298,6 +297,26 @@ def test_a_row_of_units_gives_the_unit(tmp_path: Path) -> None:
             "column 0 counts the rows and is skipped; .* many surveys have northing first",
         ),
         (
+            "1,10.5,20.5,5.25\n2A,11.5,21.5,6.5\nCP1,12.5,22.5,7.5\n4,13.5,2.5,3.5\n",
+            [[10.5, 20.5, 5.25], [11.5, 21.5, 6.5], [12.5, 22.5, 7.5], [13.5, 2.5, 3.5]],
+            "column 0 numbers the points and is skipped",
+        ),
+        (
+            "0 5.5 1.25 7.5\n7 5.5 1.5 7.5\n9 5.5 1.75 7.5\n",
+            [[0, 5.5, 1.25], [7, 5.5, 1.5], [9, 5.5, 1.75]],
+            "column 0 may number the points",
+        ),
+        (
+            "1 1.5 2.5 3.5\n2 4.5 5.5 6.5\n2 7.5 8.5 9.5\n",
+            [[1, 1.5, 2.5], [2, 4.5, 5.5], [2, 7.5, 8.5]],
+            "column 0 may number the points",
+        ),
+        (
+            "1.0 1.5 2.5 3.5\n2.0 4.5 5.5 6.5\n",
+            [[1, 1.5, 2.5], [2, 4.5, 5.5]],
+            "column 0 may number the points",
+        ),
+        (
             "0 5.5 1.25 7.5\n10 5.5 1.5 7.5\n20 5.5 1.75 7.5\n",
             [[0, 5.5, 1.25], [10, 5.5, 1.5], [20, 5.5, 1.75]],
             "column 0 may number the points",
@@ -395,97 +414,40 @@ def test_prose_is_no_table(tmp_path: Path) -> None:
         neurbs.read_points(path)
 
 
-# Numbers that may be misread
-
-
-@pytest.mark.parametrize("separator", [" ", ";", "\t"])
-def test_commas_that_may_separate_thousands_are_refused(separator: str, tmp_path: Path) -> None:
-    path = tmp_path / "p.txt"
-    path.write_text(separator.join(["1,234", "2,000", "3,000"]) + "\n")
-    with pytest.raises(NeurbsError, match=r"line 1 has 1,234, which may be 1\.234 or 1234: write"):
-        neurbs.read_points(path)
-    # One number that can only have decimals is enough.
-    for row in ("1,234 2,000 3,00", "1,234 0,125 3,000", "4567,125 1,234 2,000"):
-        path.write_text("1,234 2,000 3,000\n".replace(" ", separator) + row.replace(" ", separator))
-        assert neurbs.read_points(path)[0].tolist() == [1.234, 2, 3]
-
-
-def test_commas_in_a_grid_that_may_separate_thousands_are_refused(tmp_path: Path) -> None:
-    path = tmp_path / "p.asc"
-    head = "ncols 2\nnrows 1\nxllcorner {}\nyllcorner 0\ncellsize 2\n"
-    for corner, row in (("0", "1,234 2"), ("500,000", "1 2")):
-        path.write_text(f"{head.format(corner)}{row}\n")
-        with pytest.raises(NeurbsError, match=r"which may be .* write numbers with a decimal"):
-            neurbs.read_points(path)
-    path.write_text(head.format("500,000") + "1,5 2\n")
-    assert neurbs.read_points(path).tolist() == [[501, 1, 1.5], [503, 1, 2]]
-
-
-def test_exponents_of_fortran_are_read(tmp_path: Path) -> None:
-    path = tmp_path / "p.txt"
-    path.write_text("1.0D+03 .5d0 -2.D-1\n4.0D0 5 6\n")
-    assert neurbs.read_points(path).tolist() == [[1000, 0.5, -0.2], [4, 5, 6]]
-    path.write_text("x,y,z\n1,2,3\n4.0D+00,5.0D+00,6.0D+00\n")
-    assert neurbs.read_points(path).tolist() == [[1, 2, 3], [4, 5, 6]]
-    path.write_text("12D3 1 2 3\nP1.D5 4 5 6\n")
-    with pytest.raises(NeurbsError):
-        neurbs.read_points(path, columns=(0, 1, 2))
-
-
-def test_hexadecimal_numbers_are_refused(tmp_path: Path) -> None:
-    path = tmp_path / "p.txt"
-    for row in ("0x1F 0x2A 0x3C", "0x1.8p3 0x2 0x3"):
-        path.write_text(f"{row}\n1 2 3\n")
-        with pytest.raises(NeurbsError, match="line 1, column 1 must be a finite number, got '0x1"):
-            neurbs.read_points(path)
-
-
-@pytest.mark.parametrize("cell", ["0", "-1", "nan", "inf"])
-def test_a_grid_without_a_size_of_its_cells_is_refused(cell: str, tmp_path: Path) -> None:
-    path = tmp_path / "p.asc"
-    path.write_text(f"ncols 2\nnrows 1\nxllcorner 0\nyllcorner 0\ncellsize {cell}\n1 2\n")
-    with pytest.raises(NeurbsError, match="cellsize above 0"):
-        neurbs.read_points(path)
-
-
+@pytest.mark.filterwarnings("error::neurbs.NeurbsWarning")
 @pytest.mark.parametrize(
-    ("header", "unit"),
+    "text",
     [
-        ("x [mm],y [mm],z [m]", "mm, z: m"),
-        ("lon [deg],lat [°],height [m]", "degree, z: m"),
-        ("x [millimetre],y [mm],z [mm]", "mm"),
-        ("X,Y,Depth [ft]", None),
-        ("X [m],Y [m],Z", None),
-        ("X [m],Y,Z", None),
+        "title\n3\nX\nY\nZ (m)\n1 2 3\n4 5 6\n",
+        "ore\n4\nX coordinate\nY coordinate\nZ\ngrade\n1 2 3 9\n4 5 6 9\n",
+        "X coordinate   Y coordinate   Z coordinate\n1 2 3\n4 5 6\n",
+        "; made by a tool\n; X Y Z\n1 2 3\n4 5 6\n",
+        "* X Y Z\n1 2 3\n4 5 6\n",
+        "> segment 1\n1 2 3\n> segment 2\n4 5 6\n",
+        "Leste;Norte;Quota\n1;2;3\n4;5;6\n",
+        "lon_dd,lat_dd,z_m\n1,2,3\n4,5,6\n",
+        "Rechtswert in m;Hochwert in m;Höhe in m\n1;2;3\n4;5;6\n",
+        "x−y\nx y z\n1 2 3\n4 5 6\n",
     ],
 )
-def test_columns_have_units_of_their_own(tmp_path: Path, header: str, unit: str | None) -> None:
-    path = written(tmp_path / "p.csv", f"{header}\n1,2,3\n")
-    cloud = neurbs.read_point_cloud(path)
-    assert cloud.unit == unit
-    neurbs.save(cloud, tmp_path / "q.csv")
-    again = neurbs.read_point_cloud(tmp_path / "q.csv")
-    assert (again.unit, again.points.tolist()) == (unit, [[1, 2, 3]])
+def test_headers_of_more_programs(tmp_path: Path, text: str) -> None:
+    path = written(tmp_path / "p.txt", text)
+    assert neurbs.read_points(path).tolist() == [[1, 2, 3], [4, 5, 6]]
 
 
-def test_columns_with_units_of_their_own_are_converted(tmp_path: Path) -> None:
-    path = written(tmp_path / "p.csv", "x [m],y [m],depth [ft]\n1,2,10\n")
-    np.testing.assert_allclose(neurbs.read_points(path, unit="m"), [[1, 2, 3.048]])
-    path.write_text("x [ft],y [deg],z [ft]\n1,2,3\n")
-    with pytest.raises(NeurbsError, match=r"x and y must have the same unit, .* has ft and degree"):
-        neurbs.read_point_cloud(path)
+def test_numbers_above_the_names_are_a_guess(tmp_path: Path) -> None:
+    path = written(tmp_path / "p.txt", "Operator: Kim\nOffset: 0 0 0\nX Y Z\n1 2 3\n4 5 6\n")
+    with pytest.warns(neurbs.ColumnsGuessedWarning, match="line 2, 'Offset: 0 0 0', is read as a"):
+        assert neurbs.read_points(path).tolist() == [[1, 2, 3], [4, 5, 6]]
+    path.write_text("7 8 9\nX Y Z\n1 2 3\n")
+    with pytest.raises(NeurbsError, match="line 2, column 1 must be a finite number, got 'X'"):
+        neurbs.read_points(path)
 
 
-def test_columns_without_a_unit_can_only_have_that_of_the_others(
-    tmp_path: Path, command: Callable[..., Any]
-) -> None:
-    path = written(tmp_path / "p.csv", "X,Y,Depth [ft]\n1,2,3\n")
-    cloud = neurbs.read_point_cloud(path, unit="ft")
-    assert (cloud.unit, cloud.points.tolist()) == ("ft", [[1, 2, 3]])
-    with pytest.raises(NeurbsError, match=r"unit must be 'ft' .* no unit of x and y, got 'mm'"):
-        neurbs.read_points(path, unit="mm")
-    done = command("convert", path, tmp_path / "q.csv", "--unit", "mm")
-    assert (done.code, "no unit of x and y, got 'mm'" in done.err) == (1, True)
+def test_lines_without_numbers_are_explained(tmp_path: Path) -> None:
+    path = written(tmp_path / "p.txt", "X=1 Y=2 Z=3\nX=4 Y=5 Z=6\n")
+    with pytest.raises(NeurbsError, match="none of its lines, up to 2, has two columns of numbers"):
+        neurbs.read_points(path)
 
 
 # Tables of many programs

@@ -8,7 +8,8 @@ from pathlib import Path
 from neurbs._core import NeurbsError
 from neurbs.io.point_cloud import Doubt, PointSource, Request
 from neurbs.io.preamble import data_rows
-from neurbs.io.table import Layout, read_blocks
+from neurbs.io.table import read_blocks
+from neurbs.io.table_layout import Layout
 
 _WITH_COLORS = 7
 """Columns of a vertex line with colors: 'v', x, y, z, red, green, blue."""

@@ -13,7 +13,8 @@ from neurbs.io.point_cloud import Block, PointSource, Request, checked_count
 from neurbs.io.preamble import data_rows
 from neurbs.io.reading import check_size, damaged
 from neurbs.io.row_blocks import blocks_of
-from neurbs.io.table import Layout, read_blocks, shown
+from neurbs.io.table import read_blocks, shown
+from neurbs.io.table_layout import Layout
 
 if TYPE_CHECKING:
     from neurbs import TriangleMesh

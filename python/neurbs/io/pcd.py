@@ -20,7 +20,8 @@ from neurbs._core import NeurbsError
 from neurbs.extras import require_for_file
 from neurbs.io.point_cloud import BLOCK, Block, PointSource, Request, checked_count
 from neurbs.io.reading import check_size
-from neurbs.io.table import Layout, numbered_lines, read_blocks, shown
+from neurbs.io.table import numbered_lines, read_blocks, shown
+from neurbs.io.table_layout import Layout
 
 _KINDS = {"I": "i", "U": "u", "F": "f"}
 _AXES = ("x", "y", "z")

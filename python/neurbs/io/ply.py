@@ -20,7 +20,8 @@ from neurbs.io.ply_rows import TYPES, Element, columns, end_of, text_rows
 from neurbs.io.point_cloud import BLOCK, Block, PointCloud, PointSource, Request, checked_count
 from neurbs.io.reading import check_size, damaged
 from neurbs.io.row_blocks import write_rows
-from neurbs.io.table import Layout, numbered_lines, read_blocks, shown
+from neurbs.io.table import numbered_lines, read_blocks, shown
+from neurbs.io.table_layout import Layout
 from neurbs.io.units import symbol
 
 if TYPE_CHECKING:

@@ -57,7 +57,7 @@ def read_points(
 
     ``.xyz``, ``.txt``, ``.csv``, ``.tsv``, ``.dat``, ``.asc``, ``.pts``, ``.xyzrgb``, ``.xyzn``
         A text table in any encoding, with one point in each line. Columns are separated by
-        whitespace, comma, semicolon or tab. Unless commas separate columns, a comma within a
+        whitespace, comma, semicolon, tab or ``|``. Unless commas separate columns, a comma in a
         number is a decimal comma. ``#`` and ``//`` start a comment; blank lines are skipped. See
         the notes for the choice of the columns. In ``.pts``, lines with one integer are point
         counts.

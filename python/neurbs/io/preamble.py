@@ -12,19 +12,28 @@ from typing import TypeAlias
 
 from neurbs._core import NeurbsError
 from neurbs.io.reading import damaged
-from neurbs.io.table import MISSING, Layout, is_number, numbered_lines, shown, split
+from neurbs.io.table import numbered_lines, shown
 from neurbs.io.table_header import Header, names_in
-from neurbs.io.table_sample import SAMPLE, Sample, check_length
+from neurbs.io.table_layout import (
+    Layout,
+    detect_layout,
+    is_missing,
+    is_number,
+    layout_of,
+    split,
+)
+from neurbs.io.table_sample import MAX_ROW, SAMPLE, Sample, check_length
 
-_COMMENT, _COMMENT_LINE = re.compile("#|//"), "%!"
-"""The start of a comment, and characters that start a line of comment."""
+_COMMENT, _COMMENT_LINE = re.compile(r"(?<!\d\.)#|//"), "%!>"
+"""The start of a comment, and characters that start a line of comment; not that of ``1.#IND``."""
 
 _HEXADECIMAL = re.compile(r"[+-]?0[xX][0-9a-fA-F.]+(?:[pP][+-]?\d+)?")
 
-_DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
-
 _RULER = re.compile(r"[-=_*+|~:\s]*[-=_*~]{3}[-=_*+|~:\s]*")
 """A line of dashes or equals signs."""
+
+_AT_BLANKS = re.compile(r"\s{2,}")
+"""Between names that have blanks in them."""
 
 _MOST_LINES = 1000
 """Most lines above the points."""
@@ -71,6 +80,7 @@ def preamble(path: Path) -> Preamble:
         If there are no points.
     """
     above: deque[_Line] = deque(maxlen=_KEPT)
+    names = _line_of_names(path)
     count: tuple[int, int] | None = None
     rows, skipped = 0, 0
     lines = _with_comments(path)
@@ -79,7 +89,7 @@ def preamble(path: Path) -> Preamble:
         check_length(number, line)
         if not text:
             above.append((number, text, line))
-        elif _is_header(text):
+        elif number <= names or _is_header(text):
             above.append((number, text, line))
             rows, skipped = rows + 1, number
             if rows > _MOST_LINES:
@@ -96,17 +106,50 @@ def preamble(path: Path) -> Preamble:
         return Preamble(rows - 1, Header(), None, [(count[1], str(count[0]))])
     if not first:
         but = f"ends after the header in line {skipped}" if skipped else "the file is empty"
+        if rows > 1:
+            but = f"none of its lines, up to {skipped}, has two columns of numbers"
         raise NeurbsError(f"{path}: must have at least one point, but {but}")
     if count is not None and len(detect_layout(first[0][1]).split(first[0][1])) < 2:
         return Preamble(rows - 1, Header(), None, [(count[1], str(count[0]))])
     header = _header([*above], first)
+    if count is not None and (listed := _listed([*above], count, first)).names:
+        header, count = listed, None
     return _without_titles(Preamble(rows, header, count, first, _lost([*above], header)))
 
 
+def _line_of_names(path: Path) -> int:
+    """Return the first line that names x, y and z, if no point may be above it; else 0.
+
+    Lines above it may have numbers, such as ``Offset: 0 0 0``, but begin with a word.
+    """
+    for number, text, _ in islice(_with_comments(path), _KEPT):
+        if len(text) > MAX_ROW:
+            break
+        layout = detect_layout(text)
+        fields = layout.split(text)
+        if text and _is_header(text) and len(Header.of(fields, number).axes) == 3:
+            return number
+        if text and is_number(fields[0]) and len(fields) > 1:
+            break
+    return 0
+
+
+def _listed(above: list[_Line], count: tuple[int, int], first: list[tuple[int, str]]) -> Header:
+    """Return the names of columns that are counted and listed, one in a line, as by GSLIB."""
+    number, line = count
+    names = [text.strip() for at, text, _ in above if text and at > line]
+    widths = {len(detect_layout(text).split(text)) for _, text in first}
+    return Header.of(names, line + 1) if widths == {number} == {len(names)} else Header()
+
+
 def _lost(above: list[_Line], header: Header) -> str | None:
-    """Say which line behind the names may be a damaged point, as it has a number."""
+    """Say which line may be a point: one with a number behind the names, or with several above."""
     for number, text, _ in above:
-        fields = detect_layout(text).split(text) if text and number > header.line > 0 else []
+        if not text or not header.line:
+            continue
+        fields = detect_layout(text).split(text)
+        if number < header.line and _is_header(text):
+            continue
         if any(is_number(field) for field in fields):
             return f"line {number}, {shown(text.strip())}, is read as a header, not as a point"
     return None
@@ -117,27 +160,22 @@ def _without_titles(found: Preamble) -> Preamble:
     (line, text), *rest = found.first
     if not rest:
         return found
-    layout = detect_layout(text)
+    layout = layout_of([row for _, row in found.first])
     fields = [field.strip("\"' ") for field in layout.split(text)]
     numbers = fields[1:] if fields[0] == "" else fields
     if not found.header.names and numbers == [str(i) for i in range(len(numbers))]:
         guess = f"line {line}, {shown(text.strip())}, is read as a header, not as a point"
-    elif len(rest) > 1 and _is_title(text, rest[0][1], rest[1][1]):
+    elif len(rest) > 1 and _is_title([text, rest[0][1], rest[1][1]], layout):
         guess = f"line {line}, {shown(text.strip())}, is read as a title, not as a point"
     else:
         return found
     return replace(found, rows=found.rows + 1, first=rest, guess=guess)
 
 
-def _is_title(text: str, second: str, third: str) -> bool:
-    """Whether a row starts with a word, and has other columns than the next two rows."""
-    kinds = [_kinds(row) for row in (text, second, third)]
+def _is_title(rows: list[str], layout: Layout) -> bool:
+    """Whether the first row starts with a word, and has other columns than the next two."""
+    kinds = [[_is_numeric(field) for field in layout.split(row)] for row in rows]
     return not kinds[0][0] and kinds[0] != kinds[1] and kinds[1] == kinds[2] and kinds[1][0]
-
-
-def _kinds(text: str) -> list[bool]:
-    """For each field of a row, whether it is a number or missing."""
-    return [_is_numeric(field) for field in detect_layout(text).split(text)]
 
 
 def _header(above: list[_Line], first: list[tuple[int, str]]) -> Header:
@@ -146,7 +184,7 @@ def _header(above: list[_Line], first: list[tuple[int, str]]) -> Header:
     Names of coordinates count anywhere; other names only in a line that is no comment. If several
     lines have names, the last counts.
     """
-    layout = detect_layout(first[0][1])
+    layout = layout_of([text for _, text in first])
     sample = Sample.of(first, layout)
     candidates = [
         (_best_split(line, layout.separator, sample), bool(line[1])) for line in reversed(above)
@@ -172,10 +210,10 @@ def _best_split(line: _Line, separator: str | None, sample: Sample) -> Header:
     """
     number, text, whole = line
     splits = [
-        split(names_in(each), one)
-        for each in (text, whole.lstrip("#/%! "), whole)
+        _AT_BLANKS.split(each.strip()) if one == "  " else split(names_in(each), one)
+        for each in (text, whole.lstrip("#/%!>;* "), whole)
         if each
-        for one in (separator, detect_layout(text).separator, ",", ";", "\t", None)
+        for one in (separator, detect_layout(text).separator, ",", ";", "\t", "  ", None)
     ]
     fitted = [Header.of(fields, number) for each in splits if (fields := _fitted(each, sample))]
     fitted += [Header.of(splits[0], number)]
@@ -233,20 +271,4 @@ def _is_header(text: str) -> bool:
 
 def _is_numeric(field: str) -> bool:
     """Whether a field is a number, a missing or a hexadecimal one."""
-    return is_number(field) or field.lower() in MISSING or _HEXADECIMAL.fullmatch(field) is not None
-
-
-def detect_layout(text: str) -> Layout:
-    """Detect the separator of the columns, and whether a comma is a decimal point."""
-    if ";" in text:
-        return Layout((), separator=";", decimal_comma=True)
-    with_comma = [word for word in text.split() if "," in word]
-    if with_comma and all(map(_DECIMAL_COMMA.fullmatch, with_comma)) and len(text.split()) > 1:
-        return Layout((), separator="\t" if "\t" in text else None, decimal_comma=True)
-    if with_comma:
-        return Layout((), separator=",")
-    # A tab is whitespace like others, unless it separates fields that contain blanks.
-    fields = [field.split() for field in text.split("\t")]
-    whole = (len(words) == 1 or (words and not is_number(words[0])) for words in fields)
-    separator = "\t" if len(fields) > 1 and all(whole) else None
-    return Layout((), separator=separator, decimal_comma=True)
+    return is_number(field) or is_missing(field) or _HEXADECIMAL.fullmatch(field) is not None

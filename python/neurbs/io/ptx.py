@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from neurbs._core import NeurbsError
 from neurbs.io.point_cloud import Block, PointSource, Request, checked_count
 from neurbs.io.reading import check_size
-from neurbs.io.table import Layout, numbered_lines, read_blocks, shown
+from neurbs.io.table import numbered_lines, read_blocks, shown
+from neurbs.io.table_layout import Layout
 
 _HEADER = (1, 1, 3, 3, 3, 3, 4, 4, 4, 4)
 """Numbers in each line of a header: columns, rows, position and axes of the scanner, matrix."""

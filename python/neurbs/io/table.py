@@ -7,11 +7,8 @@ column at fault.
 from __future__ import annotations
 
 import codecs
-import csv
 import math
-import re
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from functools import partial
 from itertools import islice
 from pathlib import Path
@@ -23,6 +20,7 @@ from numpy.typing import NDArray
 from neurbs._core import NeurbsError
 from neurbs.io.point_cloud import BLOCK, Block
 from neurbs.io.reading import damaged
+from neurbs.io.table_layout import Layout, is_missing, is_number, without_fortran
 
 Rows: TypeAlias = Callable[[], Iterator[tuple[int, str]]]
 """Returns an iterator over the rows of a file, each with its line number from 1."""
@@ -32,62 +30,6 @@ _MAX_LINE = 1 << 24
 
 _MAX_SHOWN = 40
 """Most characters of a file's text in an error message."""
-
-_FORTRAN = re.compile(r"""(?<![^\s,;"])([+-]?(?:\d+\.\d*|\.\d+))[dD]([+-]?\d+)(?![^\s,;"])""")
-"""A number as Fortran writes it in double precision."""
-
-MISSING = {"", "-", "na", "n/a", "null", "none"}
-"""Texts for a missing number, beside ``nan``."""
-
-
-@dataclass(frozen=True)
-class Layout:
-    """The columns of a table and the way to split its rows.
-
-    Attributes
-    ----------
-    points : tuple of int
-        The columns of the coordinates, from 0.
-    normals, colors : tuple of int
-        The columns of the normals and colors to read, three or none.
-    width : int or None
-        The number of columns of each row; None if rows may have additional columns.
-    separator : str or None
-        The text between two columns; None for any amount of whitespace.
-    decimal_comma : bool
-        Whether a comma is a decimal point.
-    allow_missing : bool
-        Whether a coordinate may be missing or not finite. Normals and colors always may.
-    """
-
-    points: tuple[int, ...]
-    normals: tuple[int, ...] = ()
-    colors: tuple[int, ...] = ()
-    width: int | None = None
-    separator: str | None = None
-    decimal_comma: bool = False
-    allow_missing: bool = False
-
-    @property
-    def columns(self) -> tuple[int, ...]:
-        """All columns to read, first the coordinates."""
-        return self.points + self.normals + self.colors
-
-    @property
-    def required(self) -> tuple[int, ...]:
-        """The columns with a finite number in each row."""
-        return () if self.allow_missing else self.points
-
-    def split(self, text: str) -> list[str]:
-        """Split a row into fields, with decimal points."""
-        fields = split(text.replace(",", ".") if self.decimal_comma else text, self.separator)
-        return [without_fortran(field.strip()) for field in fields]
-
-    def block(self, values: NDArray[np.float64]) -> Block:
-        """Return the columns as points, normals and colors."""
-        ends = np.cumsum([len(self.points), len(self.normals)])
-        points, normals, colors = np.split(values, ends, axis=1)
-        return Block(points, normals if self.normals else None, colors if self.colors else None)
 
 
 def open_text(path: Path) -> TextIO:
@@ -115,39 +57,9 @@ def numbered_lines(path: Path) -> Iterator[tuple[int, str]]:
             yield number, line
 
 
-def is_number(text: str) -> bool:
-    """Whether NumPy reads `text` as a number."""
-    try:
-        float(text)
-    except ValueError:
-        return False
-    # Python's float also accepts 1_000 and digits of other scripts.
-    return text.isascii() and "_" not in text
-
-
-def without_fortran(text: str) -> str:
-    """Replace the exponents of Fortran.
-
-    Examples
-    --------
-    >>> without_fortran("P1.D 1.0D+03 -.5d0")
-    'P1.D 1.0e+03 -.5e0'
-    """
-    return _FORTRAN.sub(r"\1e\2", text) if "D" in text or "d" in text else text
-
-
 def shown(text: str) -> str:
     """Quote text of a file for an error message."""
     return repr(text if len(text) <= _MAX_SHOWN else text[: _MAX_SHOWN - 1] + "…")
-
-
-def split(text: str, separator: str | None) -> list[str]:
-    """Split a row into fields; separators between quotation marks are part of a field."""
-    if '"' not in text:
-        return text.split(separator)
-    if separator is None:
-        text, separator = " ".join(text.split()), " "
-    return next(csv.reader([text.strip()], delimiter=separator, skipinitialspace=True))
 
 
 def read_blocks(path: Path, rows: Rows, layout: Layout) -> Iterator[Block]:
@@ -175,8 +87,7 @@ def read_blocks(path: Path, rows: Rows, layout: Layout) -> Iterator[Block]:
     walk = rows()
     required = len(layout.required)
     while lines := [text for _, text in islice(walk, BLOCK)]:
-        if layout.decimal_comma:
-            lines = [text.replace(",", ".") for text in lines]
+        lines = list(map(layout.plain, lines))
         try:
             values = _load(lines, layout)
         except ValueError as error:
@@ -220,7 +131,7 @@ def _load(lines: list[str], layout: Layout) -> NDArray[np.float64]:
 
 def _number_or_nan(text: str) -> float:
     text = text.strip()
-    return math.nan if text.lower() in MISSING else float(text)
+    return math.nan if is_missing(text) else float(text)
 
 
 def _fault(path: Path, rows: Rows, layout: Layout, reason: str) -> NeurbsError:
@@ -238,7 +149,7 @@ def _fault(path: Path, rows: Rows, layout: Layout, reason: str) -> NeurbsError:
             if column in layout.required:
                 good = is_number(field) and math.isfinite(float(field))
             else:
-                good = is_number(field) or field.lower() in MISSING
+                good = is_number(field) or is_missing(field)
             if not good:
                 return _wrong_field(path, number, column, field)
     return NeurbsError(f"{path}: must be a table of numbers, but {reason}")
@@ -256,7 +167,7 @@ def _wrong_width(path: Path, number: int, fields: list[str], width: int, first: 
 
 def _wrong_field(path: Path, number: int, column: int, field: str) -> NeurbsError:
     hint = ""
-    if is_number(field) or field.lower() in MISSING:
+    if is_number(field) or is_missing(field):
         hint = ': remove or repair the line, or leave it out with `nan="drop"`'
     elif field.replace("_", "").isalpha():
         hint = ": choose the coordinates with `columns`"

@@ -128,7 +128,7 @@ def _by_content(path: Path, header: Header, sample: Sample, numbers: list[int]) 
         elif sample.numbers_with_gaps(first, others[:3]):
             guess = f"column {first} numbers the points and is skipped{order}"
             numbers = others
-        elif sample.may_count(first):
+        elif sample.may_count(first, others[:3]):
             guess = guess or f"column {first} may number the points"
     if len(numbers) >= 3:
         return Choice(tuple(numbers[:3]), guess)

@@ -25,6 +25,8 @@ HORIZONTAL = (
     ("ost", "nord"),
     ("est", "nord"),
     ("este", "norte"),
+    ("leste", "norte"),
+    ("londd", "latdd"),
     ("points0", "points1"),
     ("px", "py"),
     ("x0", "y0"),
@@ -35,7 +37,7 @@ HORIZONTAL = (
 VERTICAL = (
     "z", "height", "elevation", "elev", "ele", "altitude", "alt", "ellipsoidalheight",
     "orthometricheight", "msl", "hae", "h", "rl", "level", "höhe", "hoehe", "h\ufffdhe",
-    "cota", "cote", "depth", "tiefe", "tvdss", "tvd", "bathymetry", "points2", "pz",
+    "cota", "cote", "quota", "depth", "tiefe", "tvdss", "tvd", "bathymetry", "points2", "pz",
     "z0", "x3",
 )  # fmt: skip
 """Names for z; one that comes first here is preferred."""
@@ -57,8 +59,8 @@ _COLORS = (("red", "r"), ("green", "g"), ("blue", "b"))
 _NAME = re.compile(r"(.*?)\s*(?:[(\[{](.*)[)\]}])?")
 """A name, optionally with a unit in brackets."""
 
-_JOINED = re.compile(r"(.+)[\s_/,](\w+)")
-"""A name and a unit behind a separator."""
+_JOINED = re.compile(r"(.+?)(?:\s+in)?[\s_/,](\w+)")
+"""A name and a unit behind a separator, or behind ``in``."""
 
 _SEPARATORS = re.compile(r"[\s_.:,#/-]+")
 

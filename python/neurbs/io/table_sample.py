@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate, pairwise
 
-from neurbs.io.table import MISSING, Layout, is_number
+from neurbs.io.table_layout import Layout, is_missing, is_number
 
 SAMPLE, _CHARACTERS = 1000, 1 << 20
 """Most rows that are looked at, and most characters of them."""
@@ -17,6 +17,9 @@ MAX_ROW = 1 << 16
 """Most characters of the first row, and of a line above it."""
 
 _INTEGER = re.compile(r"\+?\d{1,15}")
+
+_LABEL = re.compile(r"\d{1,15}|(?=\w*\d)(?=\w*[A-Za-z])\w+(?<![eE]\d)")
+"""A number of a point, or one with letters."""
 
 
 def check_length(line: int, text: str) -> None:
@@ -74,7 +77,7 @@ class Sample:
         """
         found = []
         for column in zip(*self.fields, strict=True):
-            present = [field for field in column if field.lower() not in MISSING]
+            present = [field for field in column if not is_missing(field)]
             found.append(bool(present) and 2 * sum(map(is_number, present)) >= len(present))
         return found
 
@@ -89,26 +92,39 @@ class Sample:
     def numbers_with_gaps(self, column: int, others: Sequence[int]) -> bool:
         """Whether a column has increasing integers with gaps, beside others with decimals.
 
-        At even steps they may be places along a profile.
+        At even steps, or beside a constant column, they may be places along a profile. Some may
+        have letters, as in ``2A``.
         """
         texts = [fields[column] for fields in self.fields]
-        if not all(map(_INTEGER.fullmatch, texts)):
+        if not all(map(self._has_decimals, others)) or any(map(self._is_constant, others[:2])):
             return False
+        integers = [text for text in texts if _INTEGER.fullmatch(text)]
+        if len(integers) < len(texts):
+            return all(_LABEL.fullmatch(text) for text in texts)
         steps = {int(after) - int(before) for before, after in pairwise(texts)}
-        return len(steps) > 1 and min(steps) > 0 and all(map(self._has_decimals, others))
+        return len(steps) > 1 and min(steps) > 0
+
+    def _is_constant(self, column: int) -> bool:
+        return len({fields[column] for fields in self.fields}) == 1
 
     def _has_decimals(self, column: int) -> bool:
         """Whether at least half of the fields of a column are no integers."""
         texts = [fields[column].lstrip("-") for fields in self.fields]
         return 2 * sum(map(bool, map(_INTEGER.fullmatch, texts))) <= len(texts)
 
-    def may_count(self, column: int) -> bool:
-        """Whether a column has different integers, and one of the next three has other numbers."""
+    def may_count(self, column: int, others: Sequence[int]) -> bool:
+        """Whether a column may number the points.
+
+        It has different integers, and one of the others has other numbers; or it has some equal
+        ones, and all others have decimals; or it has consecutive numbers such as ``1.0``.
+        """
         texts = [fields[column] for fields in self.fields]
-        others = [field for fields in self.fields for field in fields[column + 1 : column + 4]]
-        return (
-            len(texts) > 1
-            and len(set(texts)) == len(texts)
-            and all(map(_INTEGER.fullmatch, texts))
-            and not all(map(_INTEGER.fullmatch, others))
-        )
+        whole = [text.removesuffix(".0") for text in texts]
+        if len(texts) < 2 or not all(map(_INTEGER.fullmatch, whole)):
+            return False
+        if whole != texts:
+            return all(int(text) == int(whole[0]) + i for i, text in enumerate(whole))
+        if len(set(texts)) < len(texts):
+            return len(set(texts)) > 1 and all(map(self._has_decimals, others))
+        fields = [fields[other] for fields in self.fields for other in others]
+        return not all(map(_INTEGER.fullmatch, fields))

@@ -18,9 +18,10 @@ from numpy.typing import NDArray
 from neurbs._core import NeurbsError
 from neurbs.io.point_cloud import BLOCK, Block, PointSource, Request
 from neurbs.io.reading import damaged
-from neurbs.io.table import is_number, numbered_lines, shown, without_fortran
+from neurbs.io.table import numbered_lines, shown
 from neurbs.io.table_columns import choose, doubts
 from neurbs.io.table_header import Header
+from neurbs.io.table_layout import is_number, without_fortran
 from neurbs.io.table_sample import Sample
 
 _RECORD = re.compile(

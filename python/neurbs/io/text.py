@@ -10,10 +10,11 @@ from pathlib import Path
 
 from neurbs._core import NeurbsError
 from neurbs.io.point_cloud import Block, PointSource, Request, checked_count
-from neurbs.io.preamble import data_rows, detect_layout, preamble
-from neurbs.io.table import Layout, Rows, read_blocks, split
+from neurbs.io.preamble import data_rows, preamble
+from neurbs.io.table import Rows, read_blocks
 from neurbs.io.table_columns import Choice, choose, doubts
 from neurbs.io.table_header import Header
+from neurbs.io.table_layout import Layout, layout_of, split
 from neurbs.io.table_sample import SAMPLE, Sample
 from neurbs.io.tecplot import is_tecplot, read_tecplot
 
@@ -115,7 +116,7 @@ class _Table:
 
 def _table(path: Path, request: Request, header: Header, first: list[tuple[int, str]]) -> _Table:
     """Detect the layout from the first rows of points."""
-    layout = detect_layout(first[0][1])
+    layout = layout_of([text for _, text in first])
     sample = Sample.of(first, layout)
     choice = choose(path, header, sample, request.columns)
     unit = header.unit_of(path, choice.points, request.unit)

@@ -18,7 +18,11 @@ _SYMBOLS = {
     "micron": "um", "micrometre": "um", "micrometer": "um", "micrometers": "um", "\u00b5m": "um",
     "kilometre": "km", "kilometer": "km", "kilometers": "km", "yard": "yd", "yards": "yd",
     "deg": "degree", "degrees": "degree", "\u00b0": "degree", "decimal degrees": "degree",
-    "us survey foot": "US survey foot", "us survey feet": "US survey foot",
+    **dict.fromkeys(
+        ("us survey foot", "us survey feet", "survey foot", "survey feet", "us-ft", "us_ft",
+         "us ft", "usft", "ftus", "ft us", "ft-us", "sft", "us feet", "us foot"),
+        "US survey foot",
+    ),
 }  # fmt: skip
 
 _LENGTHS = LENGTH_UNITS | {
