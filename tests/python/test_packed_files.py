@@ -151,7 +151,9 @@ STDIN = "import sys, neurbs; print(len(neurbs.read_points('-')), file=sys.stderr
          b"property float z\nend_header\n1 2 3\n", "1"),
         (b"1 2 3\n4 q 6\n", "standard input: line 2, column 2 must be a finite number"),
         (b"", "standard input: must have at least one point"),
-        (bytes(1 << 25), "standard input: must be points, but its first line does not end"),
+        (b"1" * (1 << 25), "standard input: must be points, but its first line does not end"),
+        (bytes(1 << 25), "standard input: must be text, or start as a known format, but is binary"),
+        ("x y z\n1 2 3\n".encode("utf-16"), "1"),
     ],
 )  # fmt: skip
 def test_standard_input_is_read(content: bytes, answer: str) -> None:
@@ -161,7 +163,9 @@ def test_standard_input_is_read(content: bytes, answer: str) -> None:
     assert answer in done.stderr.decode()
 
 
-@pytest.mark.parametrize("suffix", [".npy", ".las", ".vtp", ".vti", ".3mf", ".glb", ".pcd", ".ptx"])
+@pytest.mark.parametrize(
+    "suffix", [".npy", ".las", ".vtp", ".vti", ".vtr", ".3mf", ".glb", ".pcd", ".ptx"]
+)
 def test_standard_input_has_any_format(suffix: str, tmp_path: Path) -> None:
     path = tmp_path / f"a{suffix}"
     match suffix:
@@ -173,6 +177,8 @@ def test_standard_input_has_any_format(suffix: str, tmp_path: Path) -> None:
             pyvista.PolyData(POINTS).save(path)
         case ".vti":
             pyvista.ImageData(dimensions=(5, 5, 2)).save(path)
+        case ".vtr":
+            pyvista.RectilinearGrid([0.0, 1], [2.0, 3], [4.0]).save(path)
         case ".pcd":
             path.write_text(PCD + table())
         case ".ptx":
@@ -223,4 +229,7 @@ def test_commands_read_standard_input(tmp_path: Path) -> None:
         )
         assert done.returncode == 0, done.stderr
     assert (tmp_path / "a.step").stat().st_size > 1000
+    words = [sys.executable, "-m", "neurbs", "convert", "-", "b.step"]
+    done = subprocess.run(words, input=text, capture_output=True, cwd=tmp_path)
+    assert b"`neurbs reconstruct - -o b.step`" in done.stderr
     assert len(neurbs.read_points(tmp_path / "a.ply")) == 200

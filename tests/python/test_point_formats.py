@@ -163,11 +163,42 @@ def test_vtk_grids_as_pyvista_reads_them(tmp_path: Path) -> None:
         ("a.vti", image),
         ("a.vtk", image),
         ("b.vtk", lines),
+        ("a.vtr", lines),
         ("a.vts", curved),
         ("c.vtk", curved),
     ):
         data.save(tmp_path / name)
         np.testing.assert_array_equal(neurbs.read_points(tmp_path / name), data.points)
+
+
+@pytest.mark.parametrize("suffix", [".grd", ".dat", ".txt", ".asc"])
+def test_a_grid_of_surfer(tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"a{suffix}"
+    head = "DSAA\r\n3 2\r\n10 20\r\n100 101\r\n1 6\r\n"
+    path.write_text(f"{head}1 2 1.70141e+038\r\n4 5\r\n6\r\n")
+    cloud = neurbs.read_point_cloud(path)
+    rows = [[10, 100, 1], [15, 100, 2], [10, 101, 4], [15, 101, 5], [20, 101, 6]]
+    assert (cloud.points.tolist(), cloud.no_data) == (rows, 1)
+    for text in (
+        "DSAA\n3 2\n10 q\n100 101\n1 6\n1 2\n",
+        "DSAA\n3 2\n20 10\n0 1\n1 6\n1\n",
+        "DSAA\n",
+    ):
+        path.write_text(text)
+        with pytest.raises(NeurbsError, match="must start with DSAA, the numbers of columns"):
+            neurbs.read_points(path)
+    path.write_text(f"{head}1 2 3\n4 5\n")
+    with pytest.raises(NeurbsError, match=r"must have 6 points, .* but is cut short after 5"):
+        neurbs.read_points(path)
+
+
+def test_a_binary_grid_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "a.grd"
+    path.write_bytes(b"DSRB" + bytes(600))
+    with pytest.raises(NeurbsError, match=r"must be a grid as text, .* but is binary: convert it"):
+        neurbs.read_points(path)
+    path.write_text("ncols 1\nnrows 1\nxllcorner 0\nyllcorner 0\ncellsize 2\n7\n")
+    assert neurbs.read_points(path).tolist() == [[1, 1, 7]]
 
 
 def test_a_grid_without_values_is_of_a_bounded_size(tmp_path: Path) -> None:
@@ -307,6 +338,13 @@ def test_structured_arrays(tmp_path: Path) -> None:
     np.save(path, np.zeros(3, [("a", "f8"), ("b", "f8")]))
     with pytest.raises(NeurbsError, match=r"with fields x, y and z, got .* 'a', 'b': choose"):
         neurbs.read_points(path)
+    np.save(path, np.array([{}]), allow_pickle=True)
+    with pytest.raises(NeurbsError, match="points must be real numbers, got an array of object"):
+        neurbs.read_points(path)
+    np.save(path, np.array([(1, 2, 3)], [("x [ft]", "f4"), ("y [ft]", "f4"), ("z [ft]", "f4")]))
+    assert neurbs.read_point_cloud(path).unit == "ft"
+    np.savez(tmp_path / "a.npz", East=[1, 4], North=[2, 5], Elev=[3, 6], t=[9, 9])
+    assert neurbs.read_points(tmp_path / "a.npz").tolist() == [[1, 2, 3], [4, 5, 6]]
     whole = np.zeros(2, [("points", "f4", (3,)), ("t", "i4")])
     whole["points"] = [[1, 2, 3], [4, 5, 6]]
     np.savez(tmp_path / "a.npz", scan=whole)

@@ -337,6 +337,8 @@ def test_geotiff_gives_the_centers_of_its_cells(tmp_path: Path) -> None:
     ]
     assert (len(cloud), cloud.dropped) == (300 * 400 - 2, 2)
     assert (cloud.crs, cloud.unit) == ("EPSG:32633", "m")
+    write_geotiff(tmp_path / "d.tif", heights, crs="EPSG:4326")
+    assert neurbs.read_point_cloud(tmp_path / "d.tif").unit == "degree"
     write_geotiff(tmp_path / "b.tiff", np.ones((5, 5), np.int16), crs=None)
     assert neurbs.read_point_cloud(tmp_path / "b.tiff").crs is None
     write_geotiff(tmp_path / "c.tif", np.zeros((3, 5, 5), np.uint8))

@@ -1,4 +1,4 @@
-"""Heights on a regular grid as text: grids of ESRI and GDAL, and of GRASS."""
+"""Heights on a regular grid as text: grids of ESRI and GDAL, of GRASS, and of Surfer."""
 
 from __future__ import annotations
 
@@ -19,6 +19,9 @@ from neurbs.io.text import check_commas, read_text
 
 _NO_DATA = -9999.0
 """The no-data value of an ESRI grid whose header has none."""
+
+_SURFER, _SURFER_LINES, _BLANK = "dsaa", 5, 1.70141e38
+"""The first line of a grid of Surfer, the lines of its header, and its value without data."""
 
 _NULL = "*"
 """A cell without data in a GRASS grid."""
@@ -56,11 +59,12 @@ class _Grid:
 def read_asc(path: Path, request: Request) -> PointSource:
     """Read a grid or a table of points, by the first line of the file."""
     _, first = next(numbered_lines(path), (0, ""))
-    if not _FIRST.fullmatch(first.rstrip("\r\n").lower()):
+    first = first.strip().lower()
+    if first != _SURFER and not _FIRST.fullmatch(first):
         return read_text(path, request)
     if request.columns is not None:
         raise NeurbsError(f"{path}: columns must be left out for a grid of heights")
-    grid = _grid(path)
+    grid = _of_surfer(path) if first == _SURFER else _grid(path)
     check_commas(path, lambda: numbered_lines(path), None)
     # A number takes a character and a separator.
     check_size(path, grid.rows * grid.cols, 2, "cells", -1)
@@ -77,6 +81,17 @@ def read_asc(path: Path, request: Request) -> PointSource:
     count = grid.rows * grid.cols
     described = f"a grid of {grid.rows} x {grid.cols} cells: z is their value"
     return PointSource(checked_count(path, blocks(), count), count=count, columns=described)
+
+
+def read_grd(path: Path, request: Request) -> PointSource:
+    """Read a grid of Surfer or another one as text."""
+    with path.open("rb") as file:
+        if b"\0" in file.read(512):
+            raise NeurbsError(
+                f"{path}: must be a grid as text, which starts with DSAA or ncols, but is binary: "
+                "convert it to .tif, for instance with gdal_translate"
+            )
+    return read_asc(path, request)
 
 
 def _has_data(values: NDArray[np.float64], no_data: float) -> NDArray[np.bool_]:
@@ -126,6 +141,24 @@ def _of_esri(entries: dict[str, str], lines: int) -> _Grid:
     )
     no_data = float(entries.get("nodata_value", _NO_DATA))
     return _Grid(int(entries["ncols"]), int(entries["nrows"]), x, y, dx, dy, no_data, lines)
+
+
+def _of_surfer(path: Path) -> _Grid:
+    """Read the header of a grid of nodes, whose first row is the lowest."""
+    lines = [line.split() for _, line in islice(numbered_lines(path), 1, _SURFER_LINES)]
+    try:
+        (cols, rows), (low, high), (bottom, top), _ = (tuple(map(float, line)) for line in lines)
+        steps = (high - low) / max(cols - 1, 1), (top - bottom) / max(rows - 1, 1)
+        if not (cols >= 1 and rows >= 1 and np.isfinite([*steps, low, top]).all()):
+            raise ValueError
+        if not (cols.is_integer() and rows.is_integer() and high >= low and top >= bottom):
+            raise ValueError
+    except ValueError:
+        raise NeurbsError(
+            f"{path}: must start with DSAA, the numbers of columns and rows, and the lowest and "
+            "highest x, y and z"
+        ) from None
+    return _Grid(int(cols), int(rows), low, top, steps[0], -steps[1], _BLANK, _SURFER_LINES)
 
 
 def _of_grass(entries: dict[str, str], lines: int) -> _Grid:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import zipfile
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +33,9 @@ def read_npy(path: Path, request: Request) -> PointSource:
     with path.open("rb") as file:
         if file.read(len(magic)) != magic:
             raise NeurbsError(f"{path}: must be a NumPy array file, but has no header of one")
+        file.seek(0)
+        _, _, dtype = _array_header(file)
+    _check_real(path, dtype)
     # A memory map, because NumPy then compares the header with the size of the file.
     array: NDArray[Any] = np.load(path, mmap_mode="r", allow_pickle=False)
     return _source(path, array, request)
@@ -43,13 +47,15 @@ def read_npz(path: Path, request: Request) -> PointSource:
         members = {info.filename.removesuffix(".npy"): info for info in archive.infolist()}
         known = (*_NAMES, *members) if len(members) == 1 else _NAMES
         name = next((name for name in known if name in members), None)
-        axes = request.columns or _AXES
+        header = Header.of(members, 0)
+        labels = [header.labels[place] for place in header.axes] or _AXES
+        axes = request.columns or labels
         if name is not None:
             array = _member(path, archive, members[name])
         elif all(isinstance(axis, str) and axis in members for axis in axes):
             arrays = [_member(path, archive, members[str(axis)]) for axis in axes]
             array = np.stack([np.ravel(each) for each in arrays], axis=1)
-            request = Request(nan=request.nan)
+            request = replace(request, columns=None)
         else:
             raise NeurbsError(
                 f"{path}: must have one array, or one named {', '.join(_NAMES)}, or three "
@@ -64,13 +70,7 @@ def _member(path: Path, archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> NDAr
     if info.file_size > _MOST_SHRUNK * info.compress_size + _HEADER:
         raise damaged(path, f"the size of {info.filename} is wrong")
     with archive.open(info) as file:
-        version = np.lib.format.read_magic(file)
-        read_header = (
-            np.lib.format.read_array_header_1_0
-            if version == (1, 0)
-            else np.lib.format.read_array_header_2_0
-        )
-        shape, _, dtype = read_header(file)
+        shape, _, dtype = _array_header(file)
         if math.prod(shape) * dtype.itemsize > info.file_size:
             raise damaged(path, f"{info.filename} is shorter than its shape {shape}")
     with archive.open(info) as file:
@@ -78,6 +78,17 @@ def _member(path: Path, archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> NDAr
         # The checksum is compared at the end.
         file.read(1)
     return array
+
+
+def _array_header(file: Any) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
+    """Return shape, order and type of an array."""
+    version = np.lib.format.read_magic(file)
+    read = (
+        np.lib.format.read_array_header_1_0
+        if version == (1, 0)
+        else np.lib.format.read_array_header_2_0
+    )
+    return read(file)
 
 
 def _source(path: Path, array: NDArray[Any], request: Request) -> PointSource:
@@ -140,5 +151,5 @@ def _of_fields(
 
 
 def _check_real(path: Path, dtype: np.dtype[Any]) -> None:
-    if dtype.kind not in "iuf":
+    if dtype.names is None and dtype.kind not in "iuf":
         raise NeurbsError(f"{path}: points must be real numbers, got an array of {dtype}")

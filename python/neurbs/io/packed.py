@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import gzip
 import importlib
 import os
@@ -35,6 +36,9 @@ _MOST_OF_DISK = 0.5
 _MAX_LINE = 1 << 24
 """Most bytes of text without the end of a line."""
 
+_WIDE = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+"""The starts of text in UTF-16, which has zero bytes."""
+
 _MAGIC: tuple[tuple[str, str], ...] = (
     (".gz", r"\x1f\x8b"),
     (".zst", r"\x28\xb5\x2f\xfd"),
@@ -52,6 +56,7 @@ _MAGIC: tuple[tuple[str, str], ...] = (
     (".vtu", r"\s*<(?s:.{0,500})<?VTKFile[^>]*UnstructuredGrid"),
     (".vti", r"\s*<(?s:.{0,500})<?VTKFile[^>]*ImageData"),
     (".vts", r"\s*<(?s:.{0,500})<?VTKFile[^>]*StructuredGrid"),
+    (".vtr", r"\s*<(?s:.{0,500})<?VTKFile[^>]*RectilinearGrid"),
     (".dae", r"\s*<(?s:.{0,500})<?COLLADA"),
     (".gltf", r"\s*\{"),
     (".off", r"(?:ST)?C?N?OFF\s"),
@@ -100,7 +105,7 @@ def spooled(stream: BinaryIO) -> Path:
         if copied > _MAX_LINE and suffix_of(head) == ".txt" and b"\n" not in head:
             raise NeurbsError("standard input: must be points, but its first line does not end")
 
-    return _copied(stream, "", check)
+    return _copied(stream, "standard input", "", check)
 
 
 def unpacked(path: Path) -> Path:
@@ -122,19 +127,24 @@ def unpacked(path: Path) -> Path:
 
     suffix = Path(path.stem).suffix.lower()
     with PACKED[path.suffix.lower()](path) as stream:
-        copy = _copied(stream, suffix, check)
+        copy = _copied(stream, str(path), suffix, check)
     if copy.suffix in UNPACKABLE:
         remove(copy)
         raise NeurbsError(f"{path}: must be packed once only, but has {copy.suffix} in it")
     return copy
 
 
-def _copied(stream: BinaryIO, suffix: str, check: Callable[[int, bytes], None]) -> Path:
+def _copied(stream: BinaryIO, name: str, suffix: str, check: Callable[[int, bytes], None]) -> Path:
     """Copy a stream; `check` gets the number of bytes and the first ones."""
     folder = Path(tempfile.mkdtemp(prefix="neurbs-"))
     try:
         head = stream.read(_BLOCK)
         copy = folder / f"points{suffix or suffix_of(head)}"
+        if copy.suffix == ".txt" and b"\0" in head and not head.startswith(_WIDE):
+            raise NeurbsError(
+                f"{name}: must be text, or start as a known format, but is binary: give a file "
+                "with the suffix of its format, such as .stl"
+            )
         copied = 0
         with copy.open("wb") as file:
             block = head

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from neurbs._core import NeurbsError
 from neurbs.io import isolation
-from neurbs.io.ascii_grid import read_asc
+from neurbs.io.ascii_grid import read_asc, read_grd
 from neurbs.io.e57 import read_e57
 from neurbs.io.mesh_vertices import read_vertices
 from neurbs.io.numpy_file import read_npy, read_npz
@@ -43,6 +43,8 @@ def check_source(path: str | os.PathLike[str]) -> None:
     NeurbsError
         If the suffix is unknown.
     """
+    if os.fspath(path) == STANDARD_INPUT:
+        return
     path = Path(path)
     suffix = path.suffix
     if suffix.lower() in PACKED:
@@ -69,6 +71,8 @@ def stem_of(path: str | os.PathLike[str]) -> str:
     >>> stem_of("scans/a.xyz.gz"), stem_of("a.copc.laz"), stem_of("a.v2.ply")
     ('a', 'a', 'a.v2')
     """
+    if os.fspath(path) == STANDARD_INPUT:
+        return "standard-input"
     path = Path(path)
     if path.suffix.lower() in PACKED:
         path = path.with_suffix("")
@@ -134,6 +138,7 @@ _TABLES: dict[str, Callable[[Path, Request], PointSource]] = {
     ".tsv": read_text,
     ".dat": read_asc,
     ".asc": read_asc,
+    ".grd": read_grd,
     ".pts": read_pts,
     ".xyzrgb": read_text,
     ".xyzn": read_text,
@@ -161,6 +166,7 @@ _READERS = _TABLES | {
     ".vtu": isolation.read_points,
     ".vti": isolation.read_points,
     ".vts": isolation.read_points,
+    ".vtr": isolation.read_points,
     ".tif": read_geotiff,
     ".tiff": read_geotiff,
 }

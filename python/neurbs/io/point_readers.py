@@ -61,9 +61,9 @@ def read_points(
         number is a decimal comma. ``#`` and ``//`` start a comment; blank lines are skipped. See
         the notes for the choice of the columns. In ``.pts``, lines with one integer are point
         counts.
-    Text with a header of ``ncols`` and ``nrows``, or of ``north:``; ``.tif``, ``.tiff``
-        A grid of ESRI, GDAL or GRASS, or a GeoTIFF with one band: the centers of the cells, with
-        the value as z. Cells without data are left out.
+    Text with a header of ``ncols`` and ``nrows``, ``north:`` or ``DSAA``; ``.grd``, ``.tif``
+        A grid of ESRI, GDAL, GRASS or Surfer, or a GeoTIFF (also ``.tiff``) with one band: the
+        centers of the cells, with the value as z. Cells without data are left out.
     Text with ``VARIABLES =`` and ``ZONE``
         The nodes of all zones of Tecplot, by points or by blocks; the names give the coordinates.
     ``.ptx``
@@ -83,7 +83,7 @@ def read_points(
     ``.pcd``
         A cloud of the Point Cloud Library, as text, binary or compressed. NaN marks pixels without
         a measurement, which are left out.
-    ``.vtk``, ``.vtp``, ``.vtu``, ``.vts``, ``.vti``
+    ``.vtk``, ``.vtp``, ``.vtu``, ``.vts``, ``.vti``, ``.vtr``
         The points of a VTK data set, or the nodes of a regular grid, with ``pip install
         'neurbs[vtk]'``.
     ``.gz``, ``.zst``

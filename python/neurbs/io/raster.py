@@ -53,6 +53,7 @@ def _reference(file: Any) -> tuple[str | None, str | None]:
     """Return the unit and the coordinate reference system."""
     crs, z_unit = file.crs, file.units[0]
     unit = symbol(crs.linear_units) if crs and crs.is_projected else None
+    unit = "degree" if crs and crs.is_geographic else unit
     if unit and z_unit:
         unit = of_heights(unit, symbol(z_unit))
     return unit, crs.to_string() if crs else None

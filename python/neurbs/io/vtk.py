@@ -1,4 +1,4 @@
-"""Points of VTK data sets: `.vtk`, `.vtp`, `.vtu`, `.vti` and `.vts`, read by VTK."""
+"""Points of VTK data sets: `.vtk`, `.vtp`, `.vtu`, `.vti`, `.vts` and `.vtr`, read by VTK."""
 
 from __future__ import annotations
 
@@ -24,6 +24,7 @@ _READERS = {
     ".vtu": ("vtkmodules.vtkIOXML", "vtkXMLUnstructuredGridReader"),
     ".vti": ("vtkmodules.vtkIOXML", "vtkXMLImageDataReader"),
     ".vts": ("vtkmodules.vtkIOXML", "vtkXMLStructuredGridReader"),
+    ".vtr": ("vtkmodules.vtkIOXML", "vtkXMLRectilinearGridReader"),
 }
 
 _CLOSING, _TAIL = re.compile(rb"</VTKFile\s*>"), 4096

@@ -38,6 +38,7 @@ READERS = {
     ".vtu": ("vtkmodules", "neurbs.io.vtk", "read_vtk"),
     ".vti": ("vtkmodules", "neurbs.io.vtk", "read_vtk"),
     ".vts": ("vtkmodules", "neurbs.io.vtk", "read_vtk"),
+    ".vtr": ("vtkmodules", "neurbs.io.vtk", "read_vtk"),
     ".gltf": ("trimesh", "neurbs.io.mesh_vertices", "read_vertices"),
     ".dae": ("collada", "neurbs.io.mesh_vertices", "read_vertices"),
     ".3mf": ("lxml", "neurbs.io.mesh_vertices", "read_vertices"),
