@@ -29,6 +29,9 @@ def written(path: Path, content: str) -> Path:
         "600'123,25;4'800'210,5;99,5\n124;1'210,125;0,25\n",
         "600 123,25;4 800 210,5;99,5\n124;1 210,125;0,25\n",
         "X\tY\tZ\n600\u00a0123,25\t4\u00a0800\u00a0210,5\t99,5\n124\t1\u00a0210,125\t0,25\n",
+        "P1;600.123,25;4.800.210,5;99,5;TREE\nP2;124;1.210,125;0,25;\n",
+        '"P1","600,123.25","4,800,210.5",99.5\n"P2",124,"1,210.125",0.25\n',
+        "P1 600'123.25 4'800'210.5 99.5 EP\nP2 124 1'210.125 0.25 EP\n",
         "X|Y|Z\n600123.25|4800210.5|99.5\n124|1210.125|0.25\n",
         "| X | Y | Z |\n|---|---|---|\n| 600123.25|4800210.5|99.5|\n|124|1210.125|0.25|\n",
     ],
@@ -36,6 +39,20 @@ def written(path: Path, content: str) -> Path:
 def test_thousands_are_read_where_they_are_certain(tmp_path: Path, text: str) -> None:
     points = neurbs.read_points(written(tmp_path / "p.csv", text))
     assert points.tolist() == [[600123.25, 4800210.5, 99.5], [124, 1210.125, 0.25]]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "1,25;2,125;3,5;1,234.5\n4,5;5,125;6;7\n",
+        "1.25;2.125;3.5;1.234,5\n4.5;5.125;6;7\n",
+        "1,250;2,125;3,500;1,234.5\n4,500;5,125;6,0;7\n",
+        "1.25\t2.125\t3.5\t1.234,5\n4.5\t5.125\t6.\t7\n",
+    ],
+)
+def test_marks_have_one_meaning_in_a_table(tmp_path: Path, text: str) -> None:
+    points = neurbs.read_points(written(tmp_path / "p.txt", text))
+    assert points.tolist() == [[1.25, 2.125, 3.5], [4.5, 5.125, 6]]
 
 
 def test_marks_of_other_columns_change_no_number(tmp_path: Path) -> None:

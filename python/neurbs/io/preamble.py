@@ -265,7 +265,7 @@ def _is_header(text: str) -> bool:
         return True
     if not any(map(str.isalpha, text)):
         return False
-    fields = detect_layout(text).split(text)
+    fields = layout_of([text]).split(text)
     return sum(_is_numeric(field) for field in fields if field) < 2
 
 

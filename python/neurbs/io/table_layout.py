@@ -24,8 +24,11 @@ _OVERFLOW = re.compile(r"\*+|[+-]?1\.#(?:ind|qnan|snan|inf)\d*", re.IGNORECASE)
 
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
 
+_DECIMAL = re.compile(r"[+-]?\d*([.,])\d*(?:[eE][+-]?\d+)?")
+"""A number with decimals."""
+
 _GROUPED = re.compile(
-    r"[+-]?\d{1,3}(?P<mark>[.,'\u2019 \u00a0\u2009\u202f])\d{3}(?:(?P=mark)\d{3})*"
+    r"[+-]?[1-9]\d{0,2}(?P<mark>[.,'\u2019 \u00a0\u2009\u202f])\d{3}(?:(?P=mark)\d{3})*"
     r"(?:(?P<decimal>[.,])\d*)?"
 )
 """A number that may have a mark between thousands."""
@@ -113,7 +116,8 @@ def _before_thousands(mark: str) -> re.Pattern[str]:
 def layout_of(rows: Sequence[str]) -> Layout:
     """Detect the layout of a table by its first rows: the separator by the first, marks by all.
 
-    A comma or a point between thousands is recognized if a number has both, other marks at once.
+    A comma or a point between thousands is recognized if a number has both, and none has the mark
+    for decimals. Other marks are recognized at once.
 
     Examples
     --------
@@ -122,12 +126,15 @@ def layout_of(rows: Sequence[str]) -> Layout:
     """
     layout = detect_layout(rows[0])
     fields = {field.strip() for row in rows for field in split(row, layout.separator)}
-    found = [match for match in map(_GROUPED.fullmatch, fields) if match is not None]
+    grouped = {field: match for field in fields if (match := _GROUPED.fullmatch(field))}
+    decimals = {
+        match[1] for match in map(_DECIMAL.fullmatch, fields - grouped.keys()) if match is not None
+    }
     marks = {
         match["mark"]
-        for match in found
+        for match in grouped.values()
         if match["mark"] not in ".," or match["decimal"] not in (None, match["mark"])
-    }
+    } - decimals
     # A comma that separates columns can have another meaning between quotation marks only.
     quoted = layout.separator == ","
     if len(marks) == 1:
