@@ -87,9 +87,11 @@ def read_blocks(path: Path, rows: Rows, layout: Layout) -> Iterator[Block]:
     walk = rows()
     required = len(layout.required)
     while lines := [text for _, text in islice(walk, BLOCK)]:
-        lines = list(map(layout.plain, lines))
         try:
-            values = _load(lines, layout)
+            if layout.tail is None:
+                values = _load(list(map(layout.plain, lines)), layout)
+            else:
+                values = _load_described(lines, layout)
         except ValueError as error:
             raise _fault(path, rows, layout, str(error)) from None
         if not np.isfinite(values[:, :required]).all():
@@ -127,6 +129,21 @@ def _load(lines: list[str], layout: Layout) -> NDArray[np.float64]:
     if table.dtype.names is None:
         return table
     return np.column_stack([table[str(i)] for i in columns])
+
+
+def _load_described(lines: list[str], layout: Layout) -> NDArray[np.float64]:
+    """Convert rows with descriptions, which NumPy cannot split."""
+    rows = list(map(layout.split, lines))
+    if any(len(fields) != layout.width for fields in rows):
+        raise ValueError("rows have different numbers of columns")
+    required = set(layout.required)
+    values = [
+        [float(row[i]) if i in required else _number_or_nan(row[i]) for i in layout.columns]
+        for row in rows
+    ]
+    if not all(is_number(row[i]) for row in rows for i in required):
+        raise ValueError("a field is no number")
+    return np.array(values)
 
 
 def _number_or_nan(text: str) -> float:

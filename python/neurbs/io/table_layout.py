@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -59,6 +60,8 @@ class Layout:
         The mark between thousands, or nothing.
     quoted : bool
         Whether numbers have these marks between quotation marks only.
+    tail : int or None
+        The column in which a description of any number of words begins, if rows have one.
     allow_missing : bool
         Whether a coordinate may be missing or not finite. Normals and colors always may.
     """
@@ -71,6 +74,7 @@ class Layout:
     decimal_comma: bool = False
     thousands: str = ""
     quoted: bool = False
+    tail: int | None = None
     allow_missing: bool = False
 
     @property
@@ -90,9 +94,16 @@ class Layout:
         return self._without_marks(row)
 
     def split(self, text: str) -> list[str]:
-        """Split a row into fields, with decimal points."""
+        """Split a row into fields, with decimal points; a description is one field."""
         fields = split(self.plain(text), self.separator)
-        return [without_fortran(field.strip()) for field in fields]
+        fields = [without_fortran(field.strip()) for field in fields]
+        if self.tail is None or len(fields) < self.tail:
+            return fields
+        words = fields[self.tail :]
+        if len(words) > 1 and is_number(words[0]):
+            # Rather a number too many than a description.
+            return fields
+        return [*fields[: self.tail], " ".join(words)]
 
     def block(self, values: NDArray[np.float64]) -> Block:
         """Return the columns as points, normals and colors."""
@@ -114,7 +125,7 @@ def _before_thousands(mark: str) -> re.Pattern[str]:
 
 
 def layout_of(rows: Sequence[str]) -> Layout:
-    """Detect the layout of a table by its first rows: the separator by the first, marks by all.
+    """Detect the layout of a table by its first rows: the separator by the first, the rest by all.
 
     A comma or a point between thousands is recognized if a number has both, and none has the mark
     for decimals. Other marks are recognized at once.
@@ -124,7 +135,28 @@ def layout_of(rows: Sequence[str]) -> Layout:
     >>> layout_of(["7;1.250,5"]).split("7;1.250,5"), layout_of(["1'250.5 7"]).split("1'250.5 7")
     (['7', '1250.5'], ['1250.5', '7'])
     """
-    layout = detect_layout(rows[0])
+    layout = _with_marks(detect_layout(rows[0]), rows)
+    if any(row.count('"') % 2 for row in rows):
+        # A text between quotation marks may go on in the next line.
+        return layout
+    return replace(layout, tail=_tail([layout.split(row) for row in rows]))
+
+
+def _tail(rows: Sequence[list[str]]) -> int | None:
+    """Return the column in which descriptions of different numbers of words begin.
+
+    At least half of the rows have one, and at least half have their last number before it.
+    """
+    if len(set(map(len, rows))) == 1:
+        return None
+    numbers = ([i for i, field in enumerate(fields, 1) if is_number(field)] for fields in rows)
+    ((column, count),) = Counter(max(places, default=0) for places in numbers).most_common(1)
+    described = sum(len(row) > column and not is_number(row[column]) for row in rows)
+    return column if column >= 2 and 2 * min(count, described) >= len(rows) else None
+
+
+def _with_marks(layout: Layout, rows: Sequence[str]) -> Layout:
+    """Return the layout with the marks within the numbers of some rows."""
     fields = {field.strip() for row in rows for field in split(row, layout.separator)}
     grouped = {field: match for field in fields if (match := _GROUPED.fullmatch(field))}
     decimals = {
