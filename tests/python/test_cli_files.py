@@ -95,7 +95,7 @@ def test_results_of_a_folder_have_names_without_suffixes(
     assert command("reconstruct", packed, pts, "-o", folder, *QUICK).code == 0
     assert {file.name for file in folder.iterdir()} == {"a.step", "b.v2.step"}
     names = ("A.XYZ.GZ", "a.copc.laz", "a.gz", "a", "-")
-    assert [neurbs.io.stem_of(name) for name in names] == ["A", "a", "a", "a", "-"]
+    assert [neurbs.io.stem_of(name) for name in names] == ["A", "a", "a", "a", "standard-input"]
 
 
 def test_columns_are_chosen_and_points_dropped(tmp_path: Path, command: Command) -> None:
