@@ -1,4 +1,5 @@
-//! Numerical helpers for every module: quantiles, rms, integers, short numbers in messages.
+//! Numerical helpers for every module: quantiles, rms, integers, hashes, short numbers in
+//! messages.
 
 use std::fmt;
 
@@ -36,6 +37,14 @@ pub(crate) fn min_max(values: impl Iterator<Item = f64>) -> (f64, f64) {
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
 pub(crate) fn whole(number: f64) -> usize {
     number as usize
+}
+
+/// A bijective hash of 64 bits (`SplitMix64`: G. Steele, D. Lea, C. Flood, 2014).
+pub(crate) fn mix(value: u64) -> u64 {
+    let z = value.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
 }
 
 /// An index as `u32`, the type in which neighbors and edges are stored.

@@ -8,6 +8,7 @@ use glam::DVec3;
 use super::bounds::{Bounds, POINTS_PER_REPORT};
 use super::settings::SampleSettings;
 use crate::error::Result;
+use crate::numeric::mix;
 use crate::progress::InterruptCheck;
 
 const SETTINGS: SampleSettings = SampleSettings::STANDARD;
@@ -72,14 +73,6 @@ fn hash(point: DVec3) -> u64 {
 fn bits(point: DVec3) -> [u64; 3] {
     // Adding 0 turns -0 into 0.
     (point + 0.0).to_array().map(f64::to_bits)
-}
-
-/// A bijective hash of 64 bits (`SplitMix64`: G. Steele, D. Lea, C. Flood, 2014).
-fn mix(value: u64) -> u64 {
-    let z = value.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
 }
 
 /// A hasher that is the same in each run, unlike the default of hash maps.

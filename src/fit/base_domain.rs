@@ -95,6 +95,11 @@ impl BaseDomain {
         ((place - self.low) / self.size).clamp(DVec2::ZERO, DVec2::ONE)
     }
 
+    /// The lengths of the sides.
+    pub(super) fn size(&self) -> DVec2 {
+        self.size
+    }
+
     /// The place at these parameters.
     pub(super) fn place(&self, uv: DVec2) -> DVec2 {
         self.low + uv * self.size

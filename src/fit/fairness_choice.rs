@@ -4,7 +4,7 @@
 //! The input is samples with normals; output is the weight of the fairness. From the second call
 //! on, its anisotropy is chosen first.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::anisotropy;
@@ -138,12 +138,19 @@ impl Search<'_> {
     /// Adds the error of blocks if samples lie in clumps. Takes a larger weight if it predicts
     /// blocks better.
     fn with_blocks(&self, space: &SplineSpace, samples: &[Sample], found: Score) -> Result<Score> {
-        if !in_clumps(samples.iter().map(|sample| sample.uv)) {
+        let uv: Vec<DVec2> = samples.iter().map(|sample| sample.uv).collect();
+        if !in_clumps(&uv) {
             return Ok(found);
         }
-        let held_out = HeldOutGroups::of(space, samples, usize::MAX, |samples| {
-            blocks(&samples.iter().map(|sample| sample.point).collect::<Vec<_>>())
-        })?;
+        let step = samples.len().div_ceil(LEAST_SQUARES.max_samples).max(1);
+        let some: Vec<Sample> = samples.iter().step_by(step).copied().collect();
+        let points: Vec<DVec3> = some.iter().map(|sample| sample.point).collect();
+        let mut groups = vec![Vec::new(); SETTINGS.groups];
+        for (sample, group) in some.iter().zip(blocks(&points)) {
+            groups[group].push(*sample);
+        }
+        let all = NormalEquations::of_distances(space, &some, &mut || Ok(()))?;
+        let held_out = HeldOutGroups::of(space, all, groups)?;
         let error =
             |fairness: f64| held_out.error(&self.energy, fairness / self.trace * held_out.trace());
         let mut best = Score { error_of_blocks: error(found.fairness)?, ..found };

@@ -184,6 +184,11 @@ impl LengthSums {
         Ok(sums)
     }
 
+    /// Sums that give these lengths.
+    pub(super) fn known((along_u, along_v): (f64, f64)) -> Self {
+        Self { uu: 1.0, uv: 0.0, vv: 1.0, ru: along_u * along_u, rv: along_v * along_v }
+    }
+
     pub(super) fn merge(&mut self, other: &Self) {
         self.uu += other.uu;
         self.uv += other.uv;

@@ -35,14 +35,16 @@ pub struct HeightFit {
     pub residuals: Vec<f64>,
     /// The weight of the fairness that was used.
     pub fairness: f64,
+    /// Factor of the energy's derivatives along u; those along v are divided by it.
+    pub anisotropy: f64,
     /// Length above which gaps are spanned like a membrane, in sides of the base rectangle. `None`
     /// if a thin plate does not overshoot.
     pub reach: Option<f64>,
     /// Mean squared error at points that were left out in turn, in the points' unit squared.
     /// Infinite without cross-validation.
     pub expected: f64,
-    /// The same for blocks of points that were left out. Zero if the points do not lie in clumps.
-    pub expected_of_blocks: f64,
+    /// The same where points left gaps as wide as those between the others.
+    pub expected_in_gaps: f64,
 }
 
 /// The reason why a net stopped growing.

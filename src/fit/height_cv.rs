@@ -3,14 +3,14 @@
 
 use std::collections::BTreeMap;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::height_field::HeightField;
 use super::held_out_groups::HeldOutGroups;
 use super::least_squares::Equations;
 use super::normal_equations::Sample;
 use super::settings::{HeightSettings, LeastSquaresSettings};
-use super::validation_groups::{blocks, in_clumps, in_turn};
+use super::validation_groups::{GapCells, points_in_turn};
 use super::warm_start::WarmStart;
 use crate::error::Result;
 use crate::progress::InterruptCheck;
@@ -23,20 +23,23 @@ pub(super) struct Choice {
     /// The equations with their energy.
     pub(super) equations: Equations,
     pub(super) fairness: f64,
+    /// See [`Equations::with_anisotropy`].
+    pub(super) anisotropy: f64,
     /// Error at points left out in turn.
     pub(super) expected: f64,
-    /// Error at blocks of points; zero if points do not lie in clumps.
-    pub(super) expected_of_blocks: f64,
+    /// Error at points whose places are left out as wide as the gaps between the others.
+    pub(super) expected_in_gaps: f64,
 }
 
 impl HeightField<'_> {
-    /// The given fairness, or the one that predicts best, searched near a known one.
+    /// The given fairness, or the one that best predicts points that are left out, searched near a
+    /// known one.
     ///
-    /// Where points lie in clumps, blocks choose the anisotropy. The fairness is then the larger of
-    /// those that best predict points in turn and in blocks.
+    /// These points leave gaps as wide as those between the others. Where points lie in rows,
+    /// tracks or clumps, they choose the anisotropy as well.
     pub(super) fn choose(
         &self,
-        equations: Equations,
+        equations: &Equations,
         given: Option<f64>,
         near: Option<WarmStart>,
         check_interrupt: &mut InterruptCheck<'_>,
@@ -45,45 +48,45 @@ impl HeightField<'_> {
             let plain = Sample::plain(self.local[i], self.uv[i], self.weight(i));
             Sample { normal: DVec3::Z, ..plain }
         };
-        let samples: Vec<Sample> = (0..self.local.len()).map(sample).collect();
         let known = near.map(|near| near.fairness_for(self.local.len()));
         let space = equations.space().clone();
-        let turn = HeldOutGroups::of(&space, &samples, LEAST_SQUARES.enough_points, |samples| {
-            in_turn(samples.len())
-        })?;
-        let mut choose = |held_out: &HeldOutGroups<'_>, equations: &Equations| {
-            let error = |fairness| error(held_out, equations, fairness);
+        let size = self.ground.size();
+        let places: Vec<DVec2> = self.uv.iter().map(|uv| *uv * size).collect();
+        let cells = GapCells::of(&places, size);
+        let held_out = |groups: Vec<Vec<usize>>| {
+            let samples = |group: &Vec<usize>| group.iter().map(|&i| sample(i)).collect();
+            let groups = groups.iter().map(samples).collect();
+            HeldOutGroups::of(&space, equations.of_points().clone(), groups)
+        };
+        let in_cells = held_out(cells.groups(LEAST_SQUARES.enough_points))?;
+        let in_turn = held_out(points_in_turn(self.uv.len(), LEAST_SQUARES.enough_points))?;
+        let mut choose = |anisotropy: f64| {
+            let equations = equations.with_anisotropy(anisotropy);
+            let error = |fairness| in_cells.error(&equations.energy, equations.times(fairness));
             let fairness = match given {
                 Some(fairness) => fairness,
                 None => best(known, error, check_interrupt)?,
             };
-            Result::Ok((fairness, error(fairness)?))
+            let expected_in_gaps = error(fairness)?;
+            let expected = f64::INFINITY;
+            Result::Ok(Choice { equations, fairness, anisotropy, expected, expected_in_gaps })
         };
-        if !in_clumps(self.uv.iter().copied()) {
-            let (fairness, expected) = choose(&turn, &equations)?;
-            return Ok(Choice { equations, fairness, expected, expected_of_blocks: 0.0 });
-        }
-        let block = HeldOutGroups::of(&space, &samples, usize::MAX, |samples| {
-            blocks(&samples.iter().map(|sample| sample.point).collect::<Vec<_>>())
-        })?;
-        let (mut found, mut least) = (None, f64::INFINITY);
-        for anisotropy in SETTINGS.anisotropies {
-            let equations = equations.with_anisotropy(anisotropy);
-            let (fairness, error) = choose(&block, &equations)?;
-            if error < least || found.is_none() {
-                (found, least) = (Some((equations, fairness)), error);
+        let mut found = choose(near.map_or(1.0, |near| near.anisotropy))?;
+        for step in SETTINGS.anisotropy_steps.into_iter().filter(|_| cells.has_gaps) {
+            loop {
+                let other = choose(step * found.anisotropy)?;
+                let limit = SETTINGS.significant_ratio() * found.expected_in_gaps;
+                let gains = other.expected_in_gaps < limit;
+                if !gains {
+                    break;
+                }
+                found = other;
             }
         }
-        let (equations, fairness) = found.unwrap_or((equations, 1.0));
-        let fairness = choose(&turn, &equations)?.0.max(fairness);
-        let expected = error(&turn, &equations, fairness)?;
-        let expected_of_blocks = error(&block, &equations, fairness)?;
-        Ok(Choice { equations, fairness, expected, expected_of_blocks })
+        let Choice { equations, fairness, .. } = &found;
+        let expected = in_turn.error(&equations.energy, equations.times(*fairness))?;
+        Ok(Choice { expected, ..found })
     }
-}
-
-fn error(held_out: &HeldOutGroups<'_>, equations: &Equations, fairness: f64) -> Result<f64> {
-    held_out.error(&equations.energy, equations.times(fairness))
 }
 
 /// The fairness with the least error, in steps of half a decade. Near a known one, the error has a

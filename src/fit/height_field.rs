@@ -24,7 +24,7 @@ const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 /// Points as parameters in the base rectangle and heights over a regression plane.
 pub(super) struct HeightField<'a> {
     axes: [DVec3; 3],
-    ground: BaseDomain,
+    pub(super) ground: BaseDomain,
     /// The points in the plane's axes; their heights are over the regression plane.
     pub(super) local: Vec<DVec3>,
     trend: PlaneTrend,
@@ -67,9 +67,9 @@ impl<'a> HeightField<'a> {
 
     /// The normal equations of the heights, with the fairness energy.
     pub(super) fn equations(&self, check_interrupt: &mut InterruptCheck<'_>) -> Result<Equations> {
-        let Self { local, uv, weights, options, order, .. } = self;
+        let Self { local, uv, weights, options, order, ground, .. } = self;
         let sums = PartialSums::sum(local, uv, *weights, DVec3::ZERO, options, check_interrupt)?;
-        Ok(Equations::of(sums, *order, 1.0))
+        Ok(Equations::of(sums.with_lengths(ground.size().into()), *order, 1.0))
     }
 
     /// The surface with this fairness. Slopes are penalized from a known reach on, or as far as
@@ -92,8 +92,17 @@ impl<'a> HeightField<'a> {
         });
         let (knots_u, knots_v) = (heights.knots_u().clone(), heights.knots_v().clone());
         let surface = NurbsSurface::new(net.collect(), None, knots_u, knots_v)?;
-        let (expected, expected_of_blocks) = (f64::INFINITY, f64::INFINITY);
-        Ok(HeightFit { surface, uv, residuals, fairness, reach, expected, expected_of_blocks })
+        let (expected, expected_in_gaps) = (f64::INFINITY, f64::INFINITY);
+        Ok(HeightFit {
+            surface,
+            uv,
+            residuals,
+            fairness,
+            anisotropy: 1.0,
+            reach,
+            expected,
+            expected_in_gaps,
+        })
     }
 
     /// The surface over the regression plane, tightened until it does not overshoot, and the reach

@@ -12,13 +12,13 @@ use super::fit_result::{EndedBy, HeightFit};
 use super::height_cv::Choice;
 use super::height_field::HeightField;
 use super::options::{Growth, HeightOptions};
-use super::settings::RefinementSettings;
+use super::settings::HeightSettings;
 use super::warm_start::WarmStart;
 use crate::error::{Error, Result};
 use crate::progress::{self, Observer, Stage};
 use crate::worker_pool;
 
-const REFINEMENT: RefinementSettings = RefinementSettings::STANDARD;
+const SETTINGS: HeightSettings = HeightSettings::STANDARD;
 
 /// The least-squares surface z = f(x, y), or the same along another direction of length 1. Each
 /// squared residual is multiplied by its weight, 1 without weights.
@@ -79,15 +79,15 @@ pub(crate) fn fit_heights_over(
     let mut check_interrupt = progress::interrupt_check(observer, Stage::Fitting, points.len());
     let heights = HeightField::of(points, weights, base, options)?;
     let equations = heights.equations(&mut check_interrupt)?;
-    let found = heights.choose(equations, options.fairness, near, &mut check_interrupt)?;
+    let found = heights.choose(&equations, options.fairness, near, &mut check_interrupt)?;
     let reach = near.and_then(|near| near.reach);
-    let Choice { equations, fairness, expected, expected_of_blocks } = found;
+    let Choice { equations, fairness, anisotropy, expected, expected_in_gaps } = found;
     let fit = heights.fitted(equations, fairness, reach, &mut check_interrupt)?;
-    Ok(HeightFit { expected, expected_of_blocks, ..fit })
+    Ok(HeightFit { anisotropy, expected, expected_in_gaps, ..fit })
 }
 
 /// Like [`fit_heights_over`], with a net that grows. It stops when the tolerance holds, or without
-/// one when cross-validation expects no smaller error in turn or a larger one by blocks.
+/// one when cross-validation expects no smaller error.
 ///
 /// # Errors
 ///
@@ -102,8 +102,8 @@ pub(crate) fn grow_heights(
 ) -> Result<(HeightFit, EndedBy)> {
     let used_point = |i: usize| weights.is_none_or(|weights| weights[i] > 0.0);
     let used = (0..points.len()).filter(|&i| used_point(i)).count();
-    // Few points get more control points than points, since cross-validation ends the growth.
-    let max_supported = (2 * used).min(used.max(2 * REFINEMENT.few_points));
+    // Cross-validation ends the growth, so a net may have more control points than points.
+    let max_supported = SETTINGS.max_control_points_per_point * used;
     let mut options = *options;
     let mut fit = fit_heights_over(points, weights, base, &options, None, observer)?;
     loop {
@@ -134,10 +134,8 @@ pub(crate) fn grow_heights(
             // Between distant lines no point determines a control point.
             Err(_) => return Ok((fit, EndedBy::Points)),
         };
-        let gains = finer.expected
-            <= REFINEMENT.max_error_ratio * REFINEMENT.max_error_ratio * fit.expected;
-        let noise = !gains || finer.expected_of_blocks > fit.expected_of_blocks;
-        if noise && growth.tolerance.is_none() {
+        let gains = finer.expected_in_gaps < SETTINGS.significant_ratio() * fit.expected_in_gaps;
+        if !gains && growth.tolerance.is_none() {
             return Ok((fit, EndedBy::Noise));
         }
         fit = finer;

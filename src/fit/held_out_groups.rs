@@ -2,19 +2,20 @@
 //!
 //! The equations of all samples minus those of a group give the surface of the other groups.
 
+use std::f64::consts::FRAC_PI_2;
+
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::band_matrix::BandMatrix;
 use super::normal_equations::{NormalEquations, Sample};
 use super::patches::Patches;
-use super::settings::{FairnessSettings, LeastSquaresSettings};
+use super::settings::FairnessSettings;
 use super::spline_space::SplineSpace;
 use crate::error::{Error, Result};
 use crate::worker_pool;
 
 const SETTINGS: FairnessSettings = FairnessSettings::STANDARD;
-const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 
 /// Groups of samples, with the normal equations of each and of all samples.
 pub(super) struct HeldOutGroups<'a> {
@@ -25,36 +26,17 @@ pub(super) struct HeldOutGroups<'a> {
 }
 
 impl<'a> HeldOutGroups<'a> {
-    /// The groups that `rule` makes of samples with normals, at most 20,000 of them. Only as many
-    /// groups are left out as contain `enough` samples together.
+    /// The groups of samples, beside the equations of all samples.
     pub(super) fn of(
         space: &'a SplineSpace,
-        samples: &[Sample],
-        enough: usize,
-        rule: impl FnOnce(&[Sample]) -> Vec<usize>,
+        all: NormalEquations,
+        groups: Vec<Vec<Sample>>,
     ) -> Result<Self> {
-        // The equations of each fold and of all, the energy, and one factor for each thread.
+        // The equations of each group and of all, the energy, and one factor for each thread.
         space.check_memory(1, SETTINGS.groups + 3 + worker_pool::num_threads())?;
-        let step = samples.len().div_ceil(LEAST_SQUARES.max_samples).max(1);
-        let samples: Vec<Sample> = samples.iter().step_by(step).copied().collect();
-        let mut groups = vec![Vec::new(); SETTINGS.groups];
-        for (sample, group) in samples.iter().zip(rule(&samples)) {
-            groups[group].push(*sample);
-        }
-        let mut count = 0;
-        let requested = groups.iter().take_while(|group| {
-            let more = count < enough;
-            count += group.len();
-            more
-        });
-        let kept = groups.split_off(requested.count());
         let equations =
-            |samples: &[Sample]| NormalEquations::of_distances(space, samples, &mut || Ok(()));
-        let parts = groups.par_iter().map(|group| equations(group)).collect::<Result<Vec<_>>>()?;
-        let mut all = equations(&kept.concat())?;
-        for part in &parts {
-            all.add_scaled(1.0, part);
-        }
+            |samples: &Vec<Sample>| NormalEquations::of_distances(space, samples, &mut || Ok(()));
+        let parts = groups.par_iter().map(equations).collect::<Result<Vec<_>>>()?;
         Ok(Self { space, groups, parts, all })
     }
 
@@ -66,6 +48,9 @@ impl<'a> HeldOutGroups<'a> {
     /// The mean squared distance along normals from the surfaces of the other groups, with the
     /// energy multiplied by `times`. Infinite if a group's complement does not determine the
     /// surface.
+    ///
+    /// It is that of normal errors with the same mean distance, on which a few wide gaps have little
+    /// influence.
     pub(super) fn error(&self, energy: &BandMatrix, times: f64) -> Result<f64> {
         let of_group = |(samples, part): (&Vec<Sample>, &NormalEquations)| -> Result<f64> {
             let NormalEquations { mut matrix, mut right } = self.all.clone();
@@ -80,19 +65,19 @@ impl<'a> HeldOutGroups<'a> {
             matrix.solve(&mut right);
             let net: Vec<DVec3> = right.into_iter().map(DVec3::from_array).collect();
             let surface = self.space.surface(&net)?;
-            let square = |i: usize, point: DVec3| {
+            let distance = |i: usize, point: DVec3| {
                 let Sample { point: wanted, normal, weight, .. } = samples[i];
-                weight * (wanted - point).dot(normal).powi(2)
+                weight * (wanted - point).dot(normal).abs()
             };
             let patches = Patches::of(&surface);
-            let squares =
-                patches.each(samples.len(), |i| samples[i].uv, |i, place| square(i, place.point));
-            Ok(squares.iter().sum())
+            let distances =
+                patches.each(samples.len(), |i| samples[i].uv, |i, place| distance(i, place.point));
+            Ok(distances.iter().sum())
         };
         let groups = self.groups.par_iter().zip(&self.parts);
         let sums = groups.map(of_group).collect::<Result<Vec<f64>>>()?;
         let weight: f64 = self.groups.iter().flatten().map(|sample| sample.weight).sum();
-        Ok(sums.iter().sum::<f64>() / weight)
+        Ok(FRAC_PI_2 * (sums.iter().sum::<f64>() / weight).powi(2))
     }
 }
 
@@ -119,15 +104,14 @@ mod tests {
         let knots = KnotVector::clamped_uniform(3, 14).unwrap();
         let space = SplineSpace::new([knots.clone(), knots], [false; 2]).unwrap();
         let energy = Energy::new((1.0, 1.0), ORDER).matrix(&space);
-        let turn =
-            HeldOutGroups::of(&space, &samples, usize::MAX, |samples| in_turn(samples.len()))
-                .unwrap();
-        let places = |samples: &[Sample]| samples.iter().map(|sample| sample.point).collect();
-        let block = HeldOutGroups::of(&space, &samples, usize::MAX, |samples| {
-            let points: Vec<DVec3> = places(samples);
-            blocks(&points)
-        });
-        let block = block.unwrap();
+        let all = NormalEquations::of_distances(&space, &samples, &mut || Ok(())).unwrap();
+        let held_out = |groups: Vec<usize>| {
+            let mut members = vec![Vec::new(); SETTINGS.groups];
+            groups.iter().zip(&samples).for_each(|(&group, sample)| members[group].push(*sample));
+            HeldOutGroups::of(&space, all.clone(), members).unwrap()
+        };
+        let points: Vec<DVec3> = samples.iter().map(|sample| sample.point).collect();
+        let (turn, block) = (held_out(in_turn(samples.len())), held_out(blocks(&points)));
         let times = 1e-6 * turn.trace() / energy.trace();
         let errors = [&turn, &block].map(|held_out| held_out.error(&energy, times).unwrap());
         assert!(errors[0] < 1e-3 && errors[1] > 10.0 * errors[0], "{errors:?}");

@@ -136,6 +136,11 @@ impl PartialSums {
         Ok(Self { space, origin, extent, count: points.len(), equations, lengths })
     }
 
+    /// The same sums over a domain of known lengths in space.
+    pub(super) fn with_lengths(self, lengths: (f64, f64)) -> Self {
+        Self { lengths: LengthSums::known(lengths), ..self }
+    }
+
     /// Adds the sums over other points.
     ///
     /// # Errors
@@ -198,16 +203,16 @@ impl Equations {
         &self.sums.space
     }
 
-    /// The trace of the matrix of the points.
-    pub(super) fn trace(&self) -> f64 {
-        self.sums.equations.matrix.trace()
+    /// The equations of the points without the energy.
+    pub(super) fn of_points(&self) -> &NormalEquations {
+        &self.sums.equations
     }
 
     /// The factor of the energy's matrix for a weight of the fairness.
     pub(super) fn times(&self, fairness: f64) -> f64 {
         // With degree 1 and one span in both directions, the energy is zero.
         let bends = fairness > 0.0 && self.scale > 0.0;
-        if bends { fairness * self.trace() / self.scale } else { 0.0 }
+        if bends { fairness * self.of_points().matrix.trace() / self.scale } else { 0.0 }
     }
 
     pub(super) fn solve(

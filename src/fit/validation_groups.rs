@@ -3,11 +3,18 @@
 //! In tracks and clumps, samples left out in turn have near neighbors that predict them, so their
 //! errors do not measure gaps. Blocks leave gaps.
 
+use std::collections::HashMap;
+use std::f64::consts::SQRT_2;
+
 use glam::{DVec2, DVec3};
 
-use super::settings::FairnessSettings;
+use rayon::prelude::*;
+
+use super::settings::{FairnessSettings, LeastSquaresSettings};
+use crate::numeric::mix;
 
 const SETTINGS: FairnessSettings = FairnessSettings::STANDARD;
+const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 
 /// The group of each point, by two rules. Groups of blocks leave gaps as wide as those between
 /// tracks, sweeps and clumps of points; groups in turn do not.
@@ -57,34 +64,131 @@ pub(super) fn in_turn(count: usize) -> Vec<usize> {
     (0..count).map(|i| (i * 7 + i / SETTINGS.groups) % SETTINGS.groups).collect()
 }
 
+/// Indices of points to leave out together, group by group, in turn. Groups that contain `enough`
+/// points together suffice.
+pub(super) fn points_in_turn(count: usize, enough: usize) -> Vec<Vec<usize>> {
+    let step = count.div_ceil(LEAST_SQUARES.max_samples).max(1);
+    let mut groups = vec![Vec::new(); SETTINGS.groups];
+    for (i, group) in in_turn(count / step).into_iter().enumerate() {
+        groups[group].push(step * i);
+    }
+    sufficient(groups, enough)
+}
+
+/// Places in the plane by the square cells of a grid, which are as wide as the gaps between rows,
+/// tracks and clumps of places.
+///
+/// The grid is the finest of which the places occupy most cells, with at most as many cells as
+/// places.
+pub(super) struct GapCells {
+    /// The cells with their places, cell by cell.
+    order: Vec<([u32; 2], usize)>,
+    /// Whether places lie in rows, tracks or clumps with gaps between.
+    pub(super) has_gaps: bool,
+}
+
+impl GapCells {
+    /// The cells of places from 0 to `size`.
+    pub(super) fn of(places: &[DVec2], size: DVec2) -> Self {
+        let finest = (size.x * size.y / places.len() as f64).sqrt();
+        let mut width = finest;
+        loop {
+            let order = in_cells(places, width);
+            let cells = (size / width).ceil().max(DVec2::ONE).element_product();
+            if occupied(&order) >= SETTINGS.min_occupied * cells || cells <= SETTINGS.groups as f64
+            {
+                return Self { order, has_gaps: width > finest };
+            }
+            width *= SQRT_2;
+        }
+    }
+
+    /// Indices of places to leave out together, group by group. Groups that contain `enough` places
+    /// together suffice. A hash selects the cells of a group: a regular pattern could leave out
+    /// whole rows. The first and last cell of rows and columns always stay, since nothing is beyond
+    /// them.
+    pub(super) fn groups(&self, enough: usize) -> Vec<Vec<usize>> {
+        // Of many places, smaller groups suffice.
+        let parts = SETTINGS.groups * self.order.len().div_ceil(LEAST_SQUARES.max_samples).max(1);
+        let mut groups = vec![Vec::new(); SETTINGS.groups];
+        let ends = [0, 1].map(|axis| self.ends(axis));
+        let is_end = |cell: [u32; 2]| {
+            let mut sides = ends.iter().enumerate();
+            sides.any(|(axis, ends)| {
+                let (first, last) = ends[&cell[1 - axis]];
+                first < last && (cell[axis] == first || cell[axis] == last)
+            })
+        };
+        let cells = self.order.chunk_by(|(a, _), (b, _)| a == b);
+        for cell in cells.filter(|cell| !is_end(cell[0].0)) {
+            let [u, v] = cell[0].0.map(u64::from);
+            let group = usize::try_from(mix(mix(u) ^ v) % parts as u64);
+            if let Some(members) = group.ok().and_then(|group| groups.get_mut(group)) {
+                members.extend(cell.iter().map(|(_, index)| *index));
+            }
+        }
+        sufficient(groups, enough)
+    }
+
+    /// The first and the last cell along an axis, by their place across it.
+    fn ends(&self, axis: usize) -> HashMap<u32, (u32, u32)> {
+        let mut ends = HashMap::new();
+        for (cell, _) in &self.order {
+            let (first, last) = ends.entry(cell[1 - axis]).or_insert((u32::MAX, 0));
+            (*first, *last) = (cell[axis].min(*first), cell[axis].max(*last));
+        }
+        ends
+    }
+}
+
+/// The first groups that contain `enough` members together, without empty ones.
+fn sufficient(mut groups: Vec<Vec<usize>>, enough: usize) -> Vec<Vec<usize>> {
+    let mut count = 0;
+    groups.retain(|group| {
+        let more = count < enough && !group.is_empty();
+        count += group.len();
+        more
+    });
+    groups
+}
+
+/// Places by the cells of a grid of this width, cell by cell.
+fn in_cells(places: &[DVec2], width: f64) -> Vec<([u32; 2], usize)> {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "of a small grid")]
+    let cell = |place: &DVec2| (*place / width).to_array().map(|at| at as u32);
+    let mut order: Vec<([u32; 2], usize)> =
+        places.par_iter().enumerate().map(|(i, place)| (cell(place), i)).collect();
+    order.par_sort_unstable();
+    order
+}
+
+/// The number of different cells.
+fn occupied(order: &[([u32; 2], usize)]) -> f64 {
+    order.chunk_by(|(a, _), (b, _)| a == b).count() as f64
+}
+
 /// Whether samples with parameters in the unit square lie in clumps, rows or tracks with empty
 /// areas between.
-pub(super) fn in_clumps(uv: impl ExactSizeIterator<Item = DVec2>) -> bool {
+pub(super) fn in_clumps(uv: &[DVec2]) -> bool {
     let count = uv.len() as f64;
-    let side = count.sqrt();
-    #[expect(clippy::cast_possible_truncation, reason = "a share of a small number")]
-    let cell = |uv: DVec2| (uv * side).to_array().map(|at| at as i64);
-    let mut cells: Vec<[i64; 2]> = uv.map(cell).collect();
-    cells.sort_unstable();
-    cells.dedup();
-    (cells.len() as f64) < SETTINGS.min_occupied * count
+    occupied(&in_cells(uv, count.sqrt().recip())) < SETTINGS.min_occupied * count
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn scattered(count: u32) -> impl ExactSizeIterator<Item = DVec2> {
+    fn scattered(count: u32) -> Vec<DVec2> {
         let place = |i: u32| {
             let at = f64::from(i);
             DVec2::new((at * 0.754_877_666_246).fract(), (at * at * 0.569_840_290_998).fract())
         };
-        (0..count).map(place)
+        (0..count).map(place).collect()
     }
 
     #[test]
     fn blocks_contain_neighbors_and_every_group_has_samples() {
-        let points: Vec<DVec3> = scattered(2000).map(|uv| uv.extend(0.0)).collect();
+        let points: Vec<DVec3> = scattered(2000).iter().map(|uv| uv.extend(0.0)).collect();
         let groups = blocks(&points);
         for group in 0..SETTINGS.groups {
             let count = groups.iter().filter(|found| **found == group).count();
@@ -101,8 +205,58 @@ mod tests {
 
     #[test]
     fn tracks_are_clumps_and_scattered_samples_are_not() {
-        assert!(!in_clumps(scattered(500)));
-        let track = |uv: DVec2| DVec2::new(((4.0 * uv.x).round() + 0.02 * uv.x) / 4.1, uv.y);
-        assert!(in_clumps(scattered(500).map(track)));
+        assert!(!in_clumps(&scattered(500)));
+        assert!(in_clumps(&tracks(5, 500)));
+    }
+
+    /// Places along tracks at equal distances.
+    fn tracks(count: u32, places: u32) -> Vec<DVec2> {
+        let gaps = f64::from(count - 1);
+        let track =
+            |uv: &DVec2| DVec2::new(((gaps * uv.x).round() + 0.02 * uv.x) / (gaps + 0.1), uv.y);
+        scattered(places).iter().map(track).collect()
+    }
+
+    #[test]
+    fn cells_of_scattered_places_are_as_small_as_their_spacing() {
+        let cells = GapCells::of(&scattered(3000), DVec2::ONE);
+        assert!(!cells.has_gaps);
+        let groups = cells.groups(usize::MAX);
+        assert_eq!(groups.len(), SETTINGS.groups);
+        let mut all = groups.concat();
+        all.sort_unstable();
+        all.dedup();
+        // All but those at the border.
+        assert!((2600..2800).contains(&all.len()), "{}", all.len());
+        assert!(
+            all.iter().all(|&i| scattered(3000)[i].x.clamp(0.01, 0.99) == scattered(3000)[i].x)
+        );
+        let few = cells.groups(1000).concat().len();
+        assert!((1000..1800).contains(&few), "{few}");
+    }
+
+    #[test]
+    fn cells_of_tracks_are_as_wide_as_the_gaps_between_them() {
+        // The tracks are long, or their distances are.
+        for (size, count) in [(DVec2::ONE, 15), (DVec2::new(40.0, 1.0), 15)] {
+            let places: Vec<DVec2> = tracks(count, 6000).iter().map(|uv| *uv * size).collect();
+            let cells = GapCells::of(&places, size);
+            assert!(cells.has_gaps);
+            let all = cells.order.chunk_by(|(a, _), (b, _)| a == b);
+            let length = |cell: &[([u32; 2], usize)]| {
+                let along = cell.iter().map(|(_, i)| places[*i].y);
+                along.clone().fold(0.0, f64::max) - along.fold(f64::INFINITY, f64::min)
+            };
+            let longest = all.map(length).fold(0.0, f64::max);
+            let gap = size.x / f64::from(count - 1);
+            assert!(longest > 0.5 * gap.min(size.y) && longest < 1.5 * gap, "{longest} {gap}");
+        }
+    }
+
+    #[test]
+    fn points_in_turn_are_enough() {
+        assert_eq!(points_in_turn(20, usize::MAX).concat().len(), 20);
+        assert_eq!(points_in_turn(20_000, 2000).concat().len(), 4000);
+        assert_eq!(points_in_turn(200_000, 2000).concat().len(), 4000);
     }
 }

@@ -1,14 +1,15 @@
-//! Warm start: the fairness and reach of one height field, as a start for the next.
+//! Warm start: the fairness, anisotropy and reach of one height field, as a start for the next.
 
 use super::fit_result::HeightFit;
 
-/// The fairness that was best with another net, or for other points of the same surface.
+/// The fairness and anisotropy that were best with another net, or for other points of the same surface.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WarmStart {
     fairness: f64,
     /// Number of points of that fit. The same energy has less relative weight beside more points.
     points: usize,
     pub(super) reach: Option<f64>,
+    pub(super) anisotropy: f64,
 }
 
 impl WarmStart {
@@ -23,6 +24,7 @@ impl WarmStart {
 
 impl From<&HeightFit> for WarmStart {
     fn from(fit: &HeightFit) -> Self {
-        Self { fairness: fit.fairness, points: fit.uv.len(), reach: fit.reach }
+        let HeightFit { fairness, reach, anisotropy, .. } = *fit;
+        Self { fairness, points: fit.uv.len(), reach, anisotropy }
     }
 }

@@ -237,6 +237,8 @@ fn defects_on(
         distances: &distances,
     };
     let mut found = defects(&compared, ranked.diagonal, &ranked.settings.terms, settings)?;
+    // Heights cannot fold. Along tracks, local planes may stand on edge.
+    found.retain(|defect| kind != Kind::Height || !matches!(defect, Diagnostic::Folded { .. }));
     let frame = &ranked.cloud.frame;
     for defect in &mut found {
         if let Diagnostic::Overshoot { distance: length, diagonal }

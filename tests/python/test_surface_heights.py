@@ -199,11 +199,12 @@ def held_out_rms(points: NDArray[np.float64], seed: int) -> tuple[float, float]:
 
 
 @pytest.mark.skipif("NEURBS_DATA" not in os.environ, reason="NEURBS_DATA is not set")
-def test_terrain_along_tracks_is_predicted_as_well_as_by_scipy() -> None:
+@pytest.mark.parametrize(("rows", "share"), [(3, 0.2), (3, 0.5), (3, 1), (5, 0.5), (5, 1), (10, 1)])
+def test_terrain_along_tracks_is_predicted_as_well_as_by_scipy(rows: int, share: float) -> None:
     points = np.load(Path(os.environ["NEURBS_DATA"]) / "npy" / "jacksboro_dem.npy")
     row = np.unique(points[:, 1], return_inverse=True)[1]
-    # Every third row, a fifth of the points along it.
-    tracks = points[(row % 3 == 0) & (np.random.default_rng(1).random(len(points)) < 0.2)]
+    # Tracks along some rows, and some of the points along them.
+    tracks = points[(row % rows == 0) & (np.random.default_rng(1).random(len(points)) < share)]
     ours, scipy = held_out_rms(tracks, seed=0)
     assert ours <= scipy
 
