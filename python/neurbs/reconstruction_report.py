@@ -44,15 +44,15 @@ class TrimReport:
     def __str__(self) -> str:
         """Return the figures as a sentence."""
         if self.area == self.surface_area:
-            return f"the whole surface, area {self.area:.4g}{_beyond(self.beyond)}"
+            return f"the whole surface, area {short(self.area)}{_beyond(self.beyond)}"
         count = len(self.holes)
-        sizes = ", ".join(f"{hole:.3g}" for hole in self.holes[:5]) + ", …" * (count > 5)
+        sizes = ", ".join(short(hole, 3) for hole in self.holes[:5]) + ", …" * (count > 5)
         holes = f"{count} hole{'s' * (count > 1)} of {sizes}" if count else "no holes"
         outside = f", {100 * self.outside:.2g} % of the points outside" if self.outside else ""
         before = _beyond(self.beyond_untrimmed)
         return (
-            f"area {self.area:.4g}{_beyond(self.beyond)}, {holes}{outside}; "
-            f"untrimmed {self.surface_area:.4g}{before}"
+            f"area {short(self.area)}{_beyond(self.beyond)}, {holes}{outside}; "
+            f"untrimmed {short(self.surface_area)}{before}"
         )
 
 
@@ -184,8 +184,8 @@ class Report:
             "points": f"{self.points:,}{used}, diagonal {self.diagonal:.6g}",
             "net": f"{rows} × {cols} control points, degrees {self.degree[0]} and {self.degree[1]}",
             "kind": self._kind(),
-            "deviations": f"rms {self.rms:.4g}, max {self.max:.4g}{within}",
-            "percentiles": ", ".join(f"{n} % {d:.4g}" for n, d in self.percentiles.items()),
+            "deviations": f"rms {short(self.rms)}, max {short(self.max)}{within}",
+            "percentiles": ", ".join(f"{n} % {short(d)}" for n, d in self.percentiles.items()),
         }
         if self.trim is not None:
             lines["face"] = str(self.trim)
@@ -222,7 +222,7 @@ class Report:
         validity = "valid" if self.valid else "not valid"
         return (
             f"Report({self.kind}, {validity}, {self.points} points, "
-            f"net {self.grid[0]} × {self.grid[1]}, rms {self.rms:.4g}, max {self.max:.4g})"
+            f"net {self.grid[0]} × {self.grid[1]}, rms {short(self.rms)}, max {short(self.max)})"
         )
 
     def __str__(self) -> str:
@@ -245,6 +245,12 @@ def aligned(lines: Iterable[tuple[str, str]]) -> list[str]:
     ]
 
 
+def short(value: float, digits: int = 4) -> str:
+    """Format a measure with a few digits; large ones are grouped, as in 16,990,000."""
+    rounded = float(f"{value:.{digits}g}")
+    return f"{rounded:,.0f}" if 10**digits <= abs(rounded) < 1e12 else f"{value:.{digits}g}"
+
+
 def _plain(value: Any) -> Any:
     """Return a value with lists instead of tuples."""
     match value:
@@ -265,7 +271,8 @@ _WHY_ENDED = {
     "tolerance": "all points lie within the tolerance",
     "noise": "a larger net would follow the noise",
     "exact": "the error is negligible",
-    "grid": "the size of the net was given, or larger nets have defects",
+    "grid": "the size of the net was given",
+    "defects": "larger nets have defects",
     "points": "the points do not determine a larger net",
     "max_control_points": "max_control_points was reached",
 }

@@ -22,6 +22,7 @@ from neurbs.plot import plot_points, plot_shell, plot_surface, save_picture
 from neurbs.plot.axes_box import AxesBox
 from neurbs.plot.coloring import coloring
 from neurbs.plot.drawn_shell import DrawnShell
+from neurbs.plot.matplotlib_scene import draw_net
 
 
 def labels(figure: Figure) -> list[str]:
@@ -142,6 +143,41 @@ def test_no_label_is_clipped(
         extent = text.get_window_extent()
         assert whole.x0 <= extent.x0 < extent.x1 <= whole.x1, text
         assert whole.y0 <= extent.y0 < extent.y1 <= whole.y1, text
+
+
+@pytest.mark.parametrize("extent", [[40, 40, 60], [100, 100, 200], [30_000, 30_000, 800]])
+def test_no_tick_reaches_over_that_of_another_axis(
+    extent: list[float], rng: np.random.Generator
+) -> None:
+    # The last tick of x and the first of y are at one corner of the box.
+    for low in (0, -0.5):
+        figure = plot_points((rng.random((200, 3)) + low) * extent)
+        figure.draw_without_rendering()
+        (panel,) = figure.axes
+        axes = (panel.xaxis, panel.yaxis, panel.zaxis)
+        boxes = [[text.get_window_extent() for text in shown(axis)] for axis in axes]
+        for k, others in enumerate(boxes):
+            for box in [box for axis in boxes[:k] for box in axis]:
+                assert not any(box.overlaps(other) for other in others)
+
+
+def test_a_lattice_ends_at_the_box(square: NDArray[np.float64]) -> None:
+    figure = plot_points(square)
+    (panel,) = figure.axes
+    x, y = np.meshgrid([0.2, 0.5, 0.8], [0.2, 0.5, 0.8], indexing="ij")
+    net = np.stack([x, y, np.full((3, 3), 0.5)], axis=-1)
+    net[0, 0] = [0.2, 0.2, 9]
+    draw_net(panel, net)
+    nets = [each for each in panel.collections if isinstance(each, Line3DCollection)]
+    ends = np.concatenate([np.concatenate(each._segments3d) for each in nets])
+    assert len(ends) == 2 * 12
+    (low, high) = panel.get_zlim()
+    assert ((ends[:, 2] >= low) & (ends[:, 2] <= high + 1e-12)).all()
+    # The two lines to the node outside end at the top of the box, on their way.
+    tops = ends[np.isclose(ends[:, 2], high)]
+    share = (high - 0.5) / 8.5
+    expected = [[0.2, 0.5 - 0.3 * share, high], [0.5 - 0.3 * share, 0.2, high]]
+    np.testing.assert_allclose(tops[np.argsort(tops[:, 0])], expected)
 
 
 def shown(axis: Any) -> list[Any]:

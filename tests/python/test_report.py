@@ -15,9 +15,10 @@ import pytest
 from numpy.typing import NDArray
 
 import neurbs
-from neurbs import NeurbsError, Reconstruction
+from neurbs import NeurbsError, Reconstruction, TrimReport
 from neurbs.deviation import Deviation
 from neurbs.diagnostics import Diagnostic
+from neurbs.report.figures import convergence, scene
 from neurbs.report.verdict import Verdict, verdict
 
 pytest.importorskip("plotly", reason="plotly is not installed: pip install 'neurbs[report]'")
@@ -125,6 +126,25 @@ def test_the_chart_belongs_to_the_method(page: str, result: Reconstruction, tmp_
     )
 
 
+def test_the_axis_of_the_training_has_names_that_are_not_cut(result: Reconstruction) -> None:
+    history = [("training", 1, 5.0), ("training", 2, 0.2)]
+    axis = convergence(replace(result, history=history), "")["layout"]["yaxis"]
+    assert axis["title"]["text"] == "mean distance to the map"
+    ticks = dict(zip(axis["ticktext"], axis["tickvals"], strict=True))
+    assert {"0.2", "0.5", "1", "2", "5"} <= set(ticks)
+    assert all(float(text) == place for text, place in ticks.items())
+
+
+def test_the_colors_of_noisy_points_have_their_scale(result: Reconstruction) -> None:
+    noise = np.random.default_rng(0).normal(size=len(result.points))
+    deviation = Deviation(result.uv, noise)
+    data = scene(result, deviation, None, "")["data"]
+    points = next(trace for trace in data if trace["meta"] == "points")["marker"]
+    # Local means of the noise are smaller than it is.
+    limit = np.median(np.abs(noise))
+    assert (points["cmin"], points["cmax"]) == pytest.approx((-limit, limit))
+
+
 def numbers(packed: dict[str, str]) -> NDArray[Any]:
     import base64
 
@@ -167,6 +187,26 @@ def test_a_surface_with_defects_is_called_not_valid(result: Reconstruction) -> N
     assert (found.level, found.title) == ("bad", "The surface is not valid")
     assert found.answers["Valid?"] == "No: folded."
     assert found.answers["What to do?"] == "Follow the advice in the warning below."
+
+
+def test_a_face_that_could_not_be_trimmed_is_not_called_complete(result: Reconstruction) -> None:
+    untrimmed = Diagnostic("untrimmed", "The surface was not trimmed.", {}, is_defect=False)
+    area = TrimReport(16_987_654.0, 16_987_654.0, (), 0.0, 0.01, 0.01)
+    report = replace(result.report, diagnostics=(untrimmed,), trim=area)
+    answer = judged(replace(result, report=report)).answers["Trimmed?"]
+    assert answer == (
+        "No: the face is the whole surface, of area 16,990,000 mm². "
+        "The warning below gives the reason."
+    )
+
+
+def test_points_that_were_left_out_are_counted(result: Reconstruction) -> None:
+    inliers = result.inliers.copy()
+    inliers[:4] = False
+    for outliers, words in ((4, "all"), (1, "1 of them")):
+        report = replace(result.report, outliers=outliers)
+        answer = judged(replace(result, inliers=inliers, report=report)).answers["Left out?"]
+        assert answer == f"4 of 400 points (1 %), {words} as outliers."
 
 
 def test_verdict_and_warnings_are_above_the_numbers(result: Reconstruction, tmp_path: Path) -> None:
@@ -378,6 +418,42 @@ def test_a_browser_shows_and_rotates_the_surface(
     assert complaints == []
     assert [url for url in requests if not url.startswith(("file:", "data:", "blob:"))] == []
     page.close()
+
+
+@pytest.mark.parametrize("extent", [[1, 1, 1], [1, 1, 0.06], [0.3, 0.3, 1], [1, 0.1, 0.1]])
+@pytest.mark.parametrize("width", [360, 700, 1280])
+def test_the_view_is_full_and_nothing_is_cut_off(
+    extent: list[float], width: int, result: Reconstruction, tmp_path: Path, browser: Any
+) -> None:
+    sphere = neurbs.NurbsSurface.sphere([0, 0, 0], 100)
+    u, v = np.random.default_rng(0).random((2, 500))
+    points = sphere(u, v) * extent
+    squeezed = sphere.transformed(np.diag([*extent, 1.0]))
+    # With a unit of parts, all axes are to scale.
+    found = replace(
+        result,
+        points=points,
+        surface=squeezed,
+        shell=neurbs.Shell(squeezed),
+        uv=np.column_stack([u, v]),
+        inliers=np.ones(500, bool),
+        deviations=np.zeros(500),
+        unit="mm",
+    )
+    found.write_report(tmp_path / "a.html")
+    page = browser.new_page(viewport={"width": width, "height": 900})
+    page.set_default_timeout(PATIENCE)
+    page.goto((tmp_path / "a.html").as_uri())
+    page.wait_for_selector("#view canvas")
+    page.wait_for_timeout(1000)
+    image = pixels(page.locator("#view canvas"))
+    page.close()
+    drawn: NDArray[np.bool_] = np.any(image < 215, axis=2)
+    # Nothing touches the sides.
+    for side in (drawn[:, :2], drawn[:, -2:], drawn[-2:]):
+        assert not side.any()
+    height, across = (np.ptp(np.nonzero(drawn)[axis]) / drawn.shape[axis] for axis in (0, 1))
+    assert max(height, across) > 0.6
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

@@ -28,3 +28,8 @@ __all__ = [
     "save_picture",
     "surface_html",
 ]
+
+
+def __dir__() -> list[str]:
+    """Return the public names, without the modules behind them."""
+    return sorted({*__all__, "__doc__", "__file__", "__name__", "__path__", "__spec__"})

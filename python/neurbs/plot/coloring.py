@@ -85,7 +85,7 @@ class Coloring:
             ScalarMappable(self._norm(), self.colormap),
             axes,
             extend=extend,
-            format=FuncFormatter(lambda value, _: number(value)),
+            format=FuncFormatter(_tick),
         )
         bar.ax.tick_params(labelsize=11 * scale, labelcolor=INK, color=INK)
         # The unit may be any text of a file, with a $ too.
@@ -164,6 +164,11 @@ def coloring(
         label = f"{'Gaussian' if power else 'mean'} curvature, 1/{unit or 'unit'}{power}"
         return Coloring(values, -limit, limit, SIDES, label)
     raise argument_error("color", f"must be one of {', '.join(COLORS)}, got {color!r}")
+
+
+def _tick(value: float, _place: int) -> str:
+    """Return the text at a tick of a legend."""
+    return number(value)
 
 
 def _rgb(color: str) -> list[float]:

@@ -38,10 +38,33 @@ def draw_points(axes: Any, points: NDArray[np.float64], scale: float = 1.0) -> N
 
 
 def draw_net(axes: Any, net: NDArray[np.float64], color: str = NET, scale: float = 1.0) -> None:
-    """Draw the lines along the rows and columns of a net of shape (rows, cols, 3)."""
+    """Draw the lines along the rows and columns of a net of shape (rows, cols, 3).
+
+    Parts outside the box of the axes would cover title and labels; they are left out.
+    """
     width = float(np.clip(24 / max(net.shape[:2]), 0.3, 1.1)) * scale
+    low, high = np.transpose([axes.get_xlim(), axes.get_ylim(), axes.get_zlim()])
+    inside = ((low <= net) & (net <= high)).all()
     for lines in (net, net.swapaxes(0, 1)):
-        draw_lines(axes, lines, width, color)
+        draw_lines(axes, lines if inside else _clipped(lines, low, high), width, color)
+
+
+def _clipped(
+    lines: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the parts in a box of the segments of polylines of shape (m, n, 3), (k, 2, 3).
+
+    By the parameters at which each segment crosses the planes of the box (Liang and Barsky, 1984).
+    """
+    start, step = lines[:, :-1].reshape(-1, 3), np.diff(lines, axis=1).reshape(-1, 3)
+    # A segment along a plane crosses it nowhere: its parameters are infinite or, on it, NaN.
+    with np.errstate(divide="ignore", invalid="ignore"):
+        crossings = np.stack([(low - start) / step, (high - start) / step])
+    first = np.fmax.reduce(np.fmin(*crossings), axis=1).clip(0)[:, None]
+    last = np.fmin.reduce(np.fmax(*crossings), axis=1).clip(max=1)[:, None]
+    ends = np.stack([start + first * step, start + last * step], axis=1)
+    inside: NDArray[np.float64] = ends[(first < last)[:, 0]]
+    return inside
 
 
 def draw_lines(

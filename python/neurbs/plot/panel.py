@@ -39,6 +39,9 @@ _PAD, _NAME_PAD = 8.0, 21.0
 _GAP = 0.35
 """Distance between texts, as a share of the size of letters."""
 
+_BETWEEN = 0.15
+"""Least distance of the texts at ticks of two axes, as a share of the size of letters."""
+
 _EDGE = 6.0
 """Free pixels at the border of a panel."""
 
@@ -143,6 +146,7 @@ def _fit(figure: Figure, axes: Any, box: AxesBox, panel: tuple[float, float, flo
             _clear(figure, axes, axis)
     _place(axes, box, place, side, zoom)
     _shorten(figure, axes, box)
+    _separate(axes)
 
 
 def _place(axes: Any, box: AxesBox, center: NDArray[np.float64], side: float, zoom: float) -> None:
@@ -187,6 +191,24 @@ def _shorten(figure: Figure, axes: Any, box: AxesBox) -> None:
             name.set_size(name.get_size() * smaller)
 
 
+def _separate(axes: Any) -> None:
+    """Leave out ticks whose texts reach over those of another axis, where two axes meet."""
+    taken: list[Any] = []
+    for axis in _axes_of(axes):
+        low, high = axis.get_view_interval()
+        boxes = []
+        for tick in axis.get_major_ticks():
+            place = tick.get_loc()
+            if not low <= place <= high or not tick.label1.get_text():
+                continue
+            box = tick.label1.get_window_extent().padded(_BETWEEN * tick.label1.get_size())
+            if any(box.overlaps(other) for other in taken):
+                axis.get_major_formatter().func.hidden.add(place)
+            else:
+                boxes.append(box)
+        taken += boxes
+
+
 def _corners(axes: Any, box: AxesBox) -> NDArray[np.float64]:
     """Return the places of the corners in pixels, shape (2, 2, 2, 2): by side along x, y, z."""
     from mpl_toolkits.mplot3d.proj3d import proj_transform
@@ -213,12 +235,24 @@ def _axes_of(axes: Any) -> tuple[Any, Any, Any]:
     return axes.xaxis, axes.yaxis, axes.zaxis
 
 
+class _TickText:
+    """The texts at the ticks of an axis. Functions inside others could not be pickled."""
+
+    def __init__(self, box: AxesBox, index: int) -> None:
+        self.box, self.index = box, index
+        self.hidden: set[float] = set()
+
+    def __call__(self, value: float, _place: int | None) -> str:
+        """Return the text at a tick."""
+        return "" if value in self.hidden else self.box.tick(self.index, value)
+
+
 def _label(axis: Any, box: AxesBox, index: int, scale: float) -> None:
     from matplotlib.ticker import FuncFormatter, MaxNLocator, NullLocator
 
     ticks = int(2 + 3 * box.drawn[index] / box.drawn.max())
     axis.set_major_locator(MaxNLocator(ticks, steps=[1, 2, 5, 10]))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: box.tick(index, value)))
+    axis.set_major_formatter(FuncFormatter(_TickText(box, index)))
     axis.set_tick_params(labelsize=11 * scale, labelcolor=INK, color=PALE, width=0.8 * scale)
     axis.set_label_text(box.label(index), size=13 * scale, color=INK)
     axis.set_pane_color("white")

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from neurbs.deviation import Deviation
-from neurbs.plot.axes_box import PALE, AxesBox, sample
+from neurbs.plot.axes_box import PALE, AxesBox, number, sample
 from neurbs.plot.coloring import SIDES, Coloring, coloring
 from neurbs.plot.drawn_shell import DrawnShell
 from neurbs.plot.matplotlib_scene import NET, lit
@@ -64,6 +65,10 @@ def scene(
     # Browsers draw in single precision, so coordinates are relative to an origin near the box.
     origin = np.array([box.origin(axis) for axis in range(3)])
     scale = coloring(drawn, "deviation", deviation=deviation, tolerance=tolerance, unit=unit)
+    median = float(np.median(deviation.distances))
+    if tolerance is None and median > scale.high:
+        # Where local means are much smaller than the noise, half of the points have pale colors.
+        scale = replace(scale, low=-median, high=median)
     chosen = sample(len(points), MAX_POINTS)
     edges = _joined([line for line, _ in drawn.edges])
     net = result.surface.control_points
@@ -93,7 +98,7 @@ def scene(
             "zeroline": False,
             "exponentformat": "none",
             "separatethousands": True,
-            "nticks": int(2 + 4 * box.drawn[axis] / box.drawn.max()),
+            "nticks": max(1, int(1.5 + 4.5 * box.drawn[axis] / box.drawn.max())),
         }
         for axis in range(3)
     }
@@ -105,7 +110,8 @@ def scene(
             **axes,
             "aspectmode": "manual",
             "aspectratio": dict(zip("xyz", (box.drawn / box.drawn.max()).tolist(), strict=True)),
-            "camera": {"eye": {"x": 0.85, "y": -1.25, "z": 0.95}, "center": {"z": -0.12}},
+            # The direction only: the page moves the camera until the box fills the view.
+            "camera": {"eye": {"x": 0.85, "y": -1.25, "z": 1.07}},
         },
     }
     return {"data": traces, "layout": layout}
@@ -148,13 +154,24 @@ def convergence(result: Reconstruction, unit: str) -> dict[str, Any]:
         curve = {"type": "scatter", "mode": "lines+markers", "name": stage, "marker": {"size": 4}}
         axes = {"x": _packed(steps), "y": _packed(errors)}
         traces.append(curve | axes | {"hovertemplate": "step %{x:,}: %{y:.4g}<extra></extra>"})
-    layout = _layout("steps", f"mean distance to the map, {unit or UNKNOWN}")
+    layout = _layout("steps", "mean distance to the map" + (f", {unit}" if unit else ""))
     every = [error for *_, error in result.history]
     falls_far = every and max(every) > 10 * min(every) > 0
-    layout["yaxis"] |= {"type": "log", "dtick": "D2"} if falls_far else {"rangemode": "tozero"}
+    layout["yaxis"] |= _logarithmic(min(every), max(every)) if falls_far else _FROM_ZERO
     layout["xaxis"] |= {"exponentformat": "none", "separatethousands": True}
     layout["colorway"] = [CURVE, "#e2572b", "#2c6e63"]
     return {"data": traces, "layout": layout}
+
+
+_FROM_ZERO: dict[str, Any] = {"rangemode": "tozero"}
+
+
+def _logarithmic(low: float, high: float) -> dict[str, Any]:
+    """Return a logarithmic axis with ticks at 1, 2 and 5 times each power of ten."""
+    powers = range(int(np.floor(np.log10(low))), int(np.ceil(np.log10(high))) + 1)
+    factors = (1, 2, 5) if len(powers) <= 4 else (1,)
+    ticks = [float(f"{factor}e{power}") for power in powers for factor in factors]
+    return {"type": "log", "tickvals": ticks, "ticktext": [number(tick) for tick in ticks]}
 
 
 def shares(deviation: Deviation, tolerance: float | None, unit: str) -> dict[str, Any]:
@@ -218,7 +235,8 @@ def _legend(scale: Coloring) -> dict[str, Any]:
         "thickness": 16,
         "len": 0.7,
         "outlinewidth": 0,
-        "exponentformat": "power",
+        # Powers are so wide that they reach into the title.
+        "exponentformat": "e",
     }
     marker = {"color": [scale.low], "showscale": True, "colorbar": colorbar, **_scale(scale, "c")}
     nowhere = {axis: [None] for axis in "xyz"}

@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from neurbs.reconstruction_report import short
+
 if TYPE_CHECKING:
     from neurbs import Reconstruction
     from neurbs.deviation import Deviation
-    from neurbs.reconstruction_report import TrimReport
+    from neurbs.reconstruction_report import Report
 
 
 @dataclass(frozen=True)
@@ -49,7 +51,7 @@ def verdict(
         "Valid?": _validity(result),
         "Tolerance kept?": _tolerance(deviation, tolerance, unit),
         "Left out?": _left_out(result),
-        "Trimmed?": _trim(report.trim, unit),
+        "Trimmed?": _trim(report, unit),
         "What to do?": _advice(findings, level, missed=missed),
     }
     return Verdict(level, title, answers)
@@ -80,25 +82,30 @@ def _left_out(result: Reconstruction) -> str:
     total, used = len(result.points), int(result.inliers.sum())
     if total == used:
         return f"Nothing: all {total:,} points were used."
-    return (
-        f"{total - used:,} of {total:,} points ({100 * (total - used) / total:.2g} %), "
-        f"{result.report.outliers:,} of them as outliers."
-    )
+    left_out, outliers = total - used, result.report.outliers
+    whom = "all" if outliers == left_out else f"{outliers:,} of them"
+    share = 100 * left_out / total
+    return f"{left_out:,} of {total:,} points ({share:.2g} %), {whom} as outliers."
 
 
-def _trim(trim: TrimReport | None, unit: str) -> str:
+def _trim(report: Report, unit: str) -> str:
+    trim = report.trim
     if trim is None:
         return "No: the face is the whole surface, as was asked for."
     square = f" {unit}²" if unit else ""
+    if any(found.code == "untrimmed" for found in report.diagnostics):
+        whole = f"the face is the whole surface, of area {short(trim.area)}{square}"
+        return f"No: {whole}. The warning below gives the reason."
     if trim.area == trim.surface_area:
-        return f"No: the points reach the sides of the surface, of area {trim.area:.4g}{square}."
+        return f"No: the points reach the sides of the surface, of area {short(trim.area)}{square}."
     count = len(trim.holes)
     holes = f"{count} hole{'s' * (count > 1)}" if count else "no holes"
     # A surface that runs away from the points has an area without meaning.
     share = 100 * (1 - trim.area / trim.surface_area)
+    area = f"{short(trim.area)}{square}"
     return (
-        f"Yes: the face has {holes} and an area of {trim.area:.4g}{square}. {share:.3g} % of the "
-        "surface were cut off."
+        f"Yes: the face has {holes} and an area of {area}. The rest, {share:.3g} % of the surface, "
+        "was cut off."
     )
 
 
@@ -119,4 +126,4 @@ def _advice(findings: int, level: str, *, missed: bool) -> str:
 
 def length(value: float, unit: str) -> str:
     """Return a length with its unit in words."""
-    return f"{value:.4g} {unit}".strip()
+    return f"{short(value)} {unit}".strip()
