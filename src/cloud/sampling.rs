@@ -178,6 +178,28 @@ impl EvenSample {
         self.chosen().iter().map(|chosen| chosen.index).collect()
     }
 
+    /// The numbers that, with the kept points and their indices, are the whole state: most points
+    /// to keep, points seen, and side of a voxel.
+    pub(crate) fn limits(&self) -> (usize, u64, f64) {
+        (self.most, self.seen, self.side)
+    }
+
+    /// A sample that goes on from the state of another.
+    pub(crate) fn resumed(
+        (most, seen, side): (usize, u64, f64),
+        points: &[DVec3],
+        indices: &[u64],
+    ) -> Self {
+        let mut sample = Self { seen, side, ..Self::new(most) };
+        let chosen = points.iter().zip(indices).map(|(&point, &index)| Chosen::new(point, index));
+        if side > 0.0 {
+            chosen.for_each(|chosen| prefer(&mut sample.voxels, side, chosen));
+        } else {
+            sample.first = chosen.collect();
+        }
+        sample
+    }
+
     /// The number of points in the stream so far.
     #[must_use]
     pub fn seen(&self) -> u64 {

@@ -3,6 +3,7 @@
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
+use crate::numeric::Short;
 use crate::som;
 
 /// Sums over the points of each node of a map: a batch epoch or a part of it.
@@ -41,6 +42,11 @@ impl BatchSums {
         slf: &Bound<'py, Self>,
     ) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {
         Ok((slf.get_type().getattr("from_bytes")?, (slf.get().to_bytes(slf.py()),)))
+    }
+
+    fn __repr__(&self) -> String {
+        let (points, mean) = (self.0.points(), Short(self.0.mean_distance()));
+        format!("BatchSums({points} points, mean distance {mean})")
     }
 
     /// Number of points.

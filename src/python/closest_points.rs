@@ -7,6 +7,7 @@ use pyo3::prelude::*;
 use super::arrays::{self, Numbers};
 use super::call;
 use super::errors::NeurbsError;
+use super::pickling::{Reduced, reduced};
 use super::surface::NurbsSurface;
 use crate::nurbs::ClosestPointSlices;
 
@@ -32,6 +33,22 @@ pub(super) struct ClosestPoints {
 
 #[pymethods]
 impl ClosestPoints {
+    /// Make the object from its attributes, for pickles and copies.
+    #[staticmethod]
+    #[pyo3(name = "_of_parts")]
+    fn of_parts(
+        uv: Py<PyArrayDyn<f64>>,
+        points: Py<PyArrayDyn<f64>>,
+        distances: Py<PyArrayDyn<f64>>,
+        converged: Py<PyArray1<bool>>,
+    ) -> Self {
+        Self { uv, points, distances, converged }
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
+        reduced(slf, &["uv", "points", "distances", "converged"])
+    }
+
     fn __repr__(&self, py: Python<'_>) -> String {
         let converged = self.converged.bind(py).readonly();
         let done = converged.as_array().iter().filter(|done| **done).count();

@@ -7,6 +7,7 @@ use pyo3::prelude::*;
 use super::arrays::{self, Numbers};
 use super::call;
 use super::evaluation::{self, outside};
+use super::pickling::{Reduced, reduced};
 use super::surface::NurbsSurface;
 use crate::error::Result;
 use crate::nurbs::{self, CurvatureSlices};
@@ -93,6 +94,24 @@ impl Curvatures {
 
 #[pymethods]
 impl Curvatures {
+    /// Make the object from its attributes, for pickles and copies.
+    #[staticmethod]
+    #[pyo3(name = "_of_parts")]
+    fn of_parts(
+        points: Array,
+        normals: Array,
+        gaussian: Array,
+        mean: Array,
+        principal: Array,
+        directions: Array,
+    ) -> Self {
+        Self { points, normals, gaussian, mean, principal, directions }
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
+        reduced(slf, &["points", "normals", "gaussian", "mean", "principal", "directions"])
+    }
+
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         Ok(format!("Curvatures(shape {})", self.gaussian.bind(py).as_any().getattr("shape")?))
     }

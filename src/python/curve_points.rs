@@ -6,6 +6,7 @@ use numpy::{PyArray1, PyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
 use super::arrays;
+use super::pickling::{Reduced, reduced};
 use crate::nurbs::CurvePoint;
 
 /// The projections of points onto a curve.
@@ -41,6 +42,21 @@ impl CurvePoints {
 
 #[pymethods]
 impl CurvePoints {
+    /// Make the object from its attributes, for pickles and copies.
+    #[staticmethod]
+    #[pyo3(name = "_of_parts")]
+    fn of_parts(
+        u: Py<PyArray1<f64>>,
+        points: Py<PyArray2<f64>>,
+        distances: Py<PyArray1<f64>>,
+    ) -> Self {
+        Self { u, points, distances }
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
+        reduced(slf, &["u", "points", "distances"])
+    }
+
     fn __repr__(&self, py: Python<'_>) -> String {
         format!("CurvePoints({} points)", self.distances.bind(py).len())
     }

@@ -5,6 +5,8 @@ use numpy::ndarray::{Ix2, Ix3};
 use pyo3::prelude::*;
 
 use super::arrays;
+use super::pickling::{Reduced, reduced};
+use crate::numeric::Short;
 use crate::progress::Epoch as CoreEpoch;
 
 /// The state of a map after an epoch of training.
@@ -37,6 +39,34 @@ impl Epoch {
         let CoreEpoch { step, error, radius, change, lattice } = *epoch;
         let lattice = codebook(py, &[lattice.len()], lattice)?.unbind();
         Ok(Self { step, error, radius, change, lattice })
+    }
+}
+
+#[pymethods]
+impl Epoch {
+    /// Make the object from its attributes, for pickles and copies.
+    #[staticmethod]
+    #[pyo3(name = "_of_parts")]
+    fn of_parts(
+        step: u64,
+        error: f64,
+        radius: f64,
+        change: f64,
+        lattice: Bound<'_, PyAny>,
+    ) -> PyResult<Self> {
+        // Unpickled arrays are writeable.
+        lattice.call_method1("setflags", (false,))?;
+        Ok(Self { step, error, radius, change, lattice: lattice.unbind() })
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
+        reduced(slf, &["step", "error", "radius", "change", "lattice"])
+    }
+
+    fn __repr__(&self) -> String {
+        let Self { step, error, radius, change, .. } = self;
+        let [error, radius, change] = [error, radius, change].map(|value| Short(*value));
+        format!("Epoch(step {step}, error {error}, radius {radius}, change {change})")
     }
 }
 

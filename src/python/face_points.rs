@@ -6,6 +6,7 @@ use numpy::{PyArray1, PyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
 use super::arrays;
+use super::pickling::{Reduced, reduced};
 use crate::brep::FacePoint;
 
 /// The projections of points onto the faces of a shell.
@@ -46,6 +47,22 @@ impl FacePoints {
 
 #[pymethods]
 impl FacePoints {
+    /// Make the object from its attributes, for pickles and copies.
+    #[staticmethod]
+    #[pyo3(name = "_of_parts")]
+    fn of_parts(
+        face_index: Py<PyArray1<u32>>,
+        uv: Py<PyArray2<f64>>,
+        points: Py<PyArray2<f64>>,
+        distances: Py<PyArray1<f64>>,
+    ) -> Self {
+        Self { face_index, uv, points, distances }
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
+        reduced(slf, &["face_index", "uv", "points", "distances"])
+    }
+
     fn __repr__(&self, py: Python<'_>) -> String {
         format!("FacePoints({} points)", self.distances.bind(py).len())
     }

@@ -6,6 +6,7 @@ use numpy::ndarray::IxDyn;
 use pyo3::prelude::*;
 
 use super::arrays::{self, Numbers};
+use super::pickling::{Reduced, read_only, reduced};
 use super::surface::NurbsSurface;
 use super::surface_arguments::degrees;
 use super::{arguments, call};
@@ -31,6 +32,24 @@ pub(super) struct HeightFit {
 
 #[pymethods]
 impl HeightFit {
+    /// Make the object from its attributes, for pickles and copies.
+    #[staticmethod]
+    #[pyo3(name = "_of_parts")]
+    fn of_parts(
+        py: Python<'_>,
+        surface: Py<NurbsSurface>,
+        uv: Py<PyArrayDyn<f64>>,
+        residuals: Py<PyArrayDyn<f64>>,
+        fairness: f64,
+    ) -> PyResult<Self> {
+        let (uv, residuals) = (read_only(py, uv)?, read_only(py, residuals)?);
+        Ok(Self { surface, uv, residuals, fairness })
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
+        reduced(slf, &["surface", "uv", "residuals", "fairness"])
+    }
+
     fn __repr__(&self) -> String {
         let (rows, cols) = self.surface.get().core().shape();
         format!("HeightFit(net {rows} × {cols}, fairness {:e})", self.fairness)

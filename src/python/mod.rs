@@ -36,6 +36,7 @@ mod knots;
 mod lattice;
 mod measure;
 mod mesh;
+mod pickling;
 mod plot;
 mod preparation;
 mod primitives;

@@ -4,10 +4,12 @@ use std::sync::{Mutex, PoisonError};
 
 use glam::DVec3;
 use numpy::ndarray::{Ix1, IxDyn};
-use numpy::{PyArray1, PyArrayDyn};
+use numpy::{PyArray1, PyArrayDyn, PyUntypedArrayMethods};
+use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 
 use super::arrays::{self, Numbers};
+use super::pickling::{Reduced, read_only, reduced};
 use super::{arguments, call};
 use crate::cloud::{self, Fate};
 
@@ -29,13 +31,33 @@ pub(super) struct Cleaning {
     /// Median distance of the kept points to their third-nearest neighbor, in the points' unit.
     #[pyo3(get)]
     spacing: f64,
-    counts: [usize; 3],
 }
 
 #[pymethods]
 impl Cleaning {
-    fn __repr__(&self) -> String {
-        let [kept, duplicates, outliers] = self.counts;
+    /// Make the object from its attributes, for pickles and copies.
+    #[staticmethod]
+    #[pyo3(name = "_of_parts")]
+    fn of_parts(
+        py: Python<'_>,
+        kept: Py<PyArray1<i64>>,
+        duplicates: Py<PyArray1<i64>>,
+        outliers: Py<PyArray1<i64>>,
+        weights: Py<PyArrayDyn<f64>>,
+        spacing: f64,
+    ) -> PyResult<Self> {
+        let [kept, duplicates, outliers] = [kept, duplicates, outliers].map(|of| read_only(py, of));
+        let weights = read_only(py, weights)?;
+        Ok(Self { kept: kept?, duplicates: duplicates?, outliers: outliers?, weights, spacing })
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
+        reduced(slf, &["kept", "duplicates", "outliers", "weights", "spacing"])
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> String {
+        let [kept, duplicates, outliers] =
+            [&self.kept, &self.duplicates, &self.outliers].map(|of| of.bind(py).len());
         format!("Cleaning({kept} kept, {duplicates} duplicates, {outliers} outliers)")
     }
 }
@@ -105,7 +127,6 @@ pub(super) fn clean(points: &Bound<'_, PyAny>, progress: Option<Py<PyAny>>) -> P
         outliers: of(Fate::Outlier)?,
         weights: reals(py, &[weights.len()], &weights)?,
         spacing: found.spacing,
-        counts: [Fate::Kept, Fate::Duplicate, Fate::Outlier].map(|fate| found.count(fate)),
     })
 }
 
@@ -126,6 +147,22 @@ pub(super) struct Components {
 
 #[pymethods]
 impl Components {
+    /// Make the object from its attributes, for pickles and copies.
+    #[staticmethod]
+    #[pyo3(name = "_of_parts")]
+    fn of_parts(
+        py: Python<'_>,
+        labels: Py<PyArray1<i64>>,
+        sizes: Vec<usize>,
+        gap: f64,
+    ) -> PyResult<Self> {
+        Ok(Self { labels: read_only(py, labels)?, sizes, gap })
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
+        reduced(slf, &["labels", "sizes", "gap"])
+    }
+
     fn __repr__(&self) -> String {
         format!("Components(sizes={:?}, gap={:.4})", self.sizes, self.gap)
     }
@@ -256,6 +293,35 @@ impl EvenSample {
             self.0.lock().unwrap_or_else(PoisonError::into_inner).extend(slice);
             Ok(())
         })
+    }
+
+    /// Go on from the state of another sample, for pickles and copies.
+    #[staticmethod]
+    #[pyo3(name = "_of_state")]
+    fn of_state(
+        limits: (usize, u64, f64),
+        points: &Bound<'_, PyAny>,
+        indices: Vec<u64>,
+    ) -> PyResult<Self> {
+        let points = Numbers::points(points, "points")?;
+        let sample = cloud::EvenSample::resumed(limits, points.as_slice()?, &indices);
+        Ok(Self(Mutex::new(sample)))
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let py = slf.py();
+        // One state, whatever other threads add.
+        let sample = slf.get().0.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let points = sample.points();
+        let points = vectors(py, &[points.len()], &points)?;
+        let state = (sample.limits(), points, sample.indices());
+        (slf.get_type().getattr("_of_state")?, state).into_bound_py_any(py)
+    }
+
+    fn __repr__(&self) -> String {
+        let sample = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let (kept, seen) = (sample.indices().len(), sample.seen());
+        format!("EvenSample({kept} of {seen} points)")
     }
 
     /// The points kept so far, in the order of the stream, float64 of shape (k, 3).

@@ -13,6 +13,7 @@ use super::call::Watcher;
 use super::curve::NurbsCurve;
 use super::errors::bad_argument;
 use super::face::{Face, count};
+use super::pickling::{Reduced, reduced};
 use super::surface::NurbsSurface;
 use super::transform::affine;
 use crate::brep::{self, FaceSearch, LengthUnit};
@@ -37,6 +38,17 @@ pub(super) struct Edge {
 
 #[pymethods]
 impl Edge {
+    /// Make the object from its attributes, for pickles and copies.
+    #[staticmethod]
+    #[pyo3(name = "_of_parts")]
+    fn of_parts(curve: Py<NurbsCurve>, vertices: (usize, usize), faces: Vec<usize>) -> Self {
+        Self { curve, vertices, faces }
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
+        reduced(slf, &["curve", "vertices", "faces"])
+    }
+
     /// The curve in space.
     #[getter]
     fn curve(&self, py: Python<'_>) -> Py<NurbsCurve> {

@@ -52,6 +52,84 @@ def test_meshes_can_be_pickled() -> None:
         maker(*parts, triangles + np.uint32(10_000_000), faces, deviation, shape)
 
 
+def held(result: Reconstruction) -> dict[str, Any]:
+    """Make an object of each other class that programs keep."""
+    points, surface = result.points, result.surface
+    curve = surface.isocurve(u=0.5)
+    progress: list[neurbs.Progress] = []
+    epochs: list[neurbs.Epoch] = []
+    som = SelfOrganizingMap(4, 3, epochs=2)
+    som.fit(points, progress=progress.append, observer=epochs.append)
+    objects = [
+        surface.closest_points(points),
+        curve.closest_points(points),
+        result.face.closest_points(points),
+        surface.curvatures([[0.2, 0.3], [0.5, 0.5]]),
+        neurbs.fit_heights(points, (6, 5)),
+        neurbs.clean(points),
+        neurbs.components(points),
+        result.shell.edges[0],
+        progress[0],
+        epochs[0],
+    ]
+    return {type(each).__name__: each for each in objects}
+
+
+def same(one: Any, other: Any) -> bool:
+    if isinstance(one, np.ndarray):
+        return bool(np.array_equal(one, other)) and one.dtype == other.dtype
+    return bool(one == other)
+
+
+def test_each_object_that_programs_keep_can_be_pickled_and_copied(result: Reconstruction) -> None:
+    import copy
+
+    objects = held(result)
+    assert len(objects) == 10
+    for name, thing in objects.items():
+        attributes = [each for each in dir(thing) if not each.startswith("_")]
+        assert attributes
+        for again in (pickle.loads(pickle.dumps(thing)), copy.copy(thing), copy.deepcopy(thing)):
+            assert type(again) is type(thing)
+            assert repr(again) == repr(thing), name
+            assert repr(thing).startswith(f"{name}(")
+            for attribute in attributes:
+                old, new = getattr(thing, attribute), getattr(again, attribute)
+                assert same(old, new), (name, attribute)
+                if isinstance(old, np.ndarray):
+                    assert new.flags.writeable == old.flags.writeable, (name, attribute)
+
+
+def test_unpickled_results_can_be_overwritten(result: Reconstruction) -> None:
+    found = pickle.loads(pickle.dumps(result.surface.closest_points(result.points)))
+    moved = result.points + np.array([0, 0, 1])
+    assert result.surface.closest_points(moved, out=found) is found
+    np.testing.assert_array_equal(found.distances, result.surface.closest_points(moved).distances)
+
+
+@pytest.mark.parametrize("first", [50, 2000])
+def test_a_sample_of_a_stream_continues_after_a_pickle(first: int) -> None:
+    points = np.random.default_rng(0).random((5000, 3))
+    sample = neurbs.EvenSample(100)
+    sample.extend(points[:first])
+    again = pickle.loads(pickle.dumps(sample))
+    for each in (sample, again):
+        each.extend(points[first:])
+        assert repr(each) == f"EvenSample({len(sample.points)} of 5000 points)"
+    np.testing.assert_array_equal(again.points, sample.points)
+    np.testing.assert_array_equal(again.indices, sample.indices)
+
+
+def test_sums_of_a_map_say_what_they_are(result: Reconstruction) -> None:
+    som = SelfOrganizingMap(4, 3).partial_fit(result.points, end_epoch=False)
+    assert repr(som._pending).startswith("BatchSums(400 points, mean distance ")
+
+
+def test_figures_can_be_pickled(result: Reconstruction) -> None:
+    figure = result.plot(color="deviation")
+    assert pickle.loads(pickle.dumps(figure))._repr_png_() == figure._repr_png_()
+
+
 def test_reprs_fit_in_a_line(result: Reconstruction) -> None:
     assert repr(result.report).startswith("Report(height, valid, 400 points, net 9 × 7, rms ")
     assert "max deviation" in repr(result.mesh)
@@ -69,6 +147,10 @@ def test_names_of_the_package_are_its_own() -> None:
     assert not {"sys", "os", "threading", "importlib", "TYPE_CHECKING"} & set(names)
     assert {"reconstruct", "NurbsSurface", "io", "__version__", "__doc__"} <= set(names)
     assert all(hasattr(neurbs, name) for name in names)
+    for module in (neurbs.io, neurbs.plot, neurbs.report):
+        assert not {"np", "sys", "os", "Any", "annotations"} & set(dir(module))
+        assert set(module.__all__) <= set(dir(module))
+    assert "figures" not in dir(neurbs.plot)
 
 
 @pytest.mark.parametrize(
