@@ -11,6 +11,7 @@ use super::ranking::Model;
 use crate::chart::Kind;
 use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Result};
+use crate::numeric::Short;
 use crate::progress::Observer;
 use crate::worker_pool;
 
@@ -68,10 +69,10 @@ impl fmt::Display for Outcome<'_> {
             Self::HigherScore { by, term, term_by } => {
                 write!(f, "score higher by {by:.2}, mainly from {term} ({term_by:.2})")
             }
-            Self::Dropped { error_ratio } => write!(
-                f,
-                "dropped: quick fit {error_ratio:.1} times as far from the points as the best"
-            ),
+            Self::Dropped { error_ratio } => {
+                let ratio = Short(*error_ratio);
+                write!(f, "dropped: quick fit {ratio} times as far from the points as the best")
+            }
             Self::NotFitted(error) => write!(f, "not fitted: {error}"),
             Self::Farther => f.write_str("refined, but farther from the points than another"),
             Self::NotGrown => {

@@ -12,8 +12,8 @@ use super::trained_map::TrainedMap;
 use crate::chart::Kind;
 use crate::error::{Error, Result};
 use crate::fit::{
-    self, Accept, ApproximateOptions, BasePlane, FittedSurface, Growth, HeightOptions, approximate,
-    bounded, continued, cutoff_distance, grow_heights, project,
+    self, Accept, ApproximateOptions, BasePlane, EndedBy, FittedSurface, Growth, HeightOptions,
+    approximate, bounded, continued, cutoff_distance, grow_heights, project,
 };
 use crate::nurbs::ClosestPointSearch;
 use crate::progress::Observer;
@@ -287,9 +287,10 @@ impl FitProblem<'_> {
         let base = BasePlane { axes: [along, across], up };
         let options = HeightOptions { net, degree: self.degree(net), fairness };
         let most = net.0 * net.1;
-        let growth = growth.unwrap_or(Growth { tolerance: None, most });
+        let limits = growth.unwrap_or(Growth { tolerance: None, most });
         let (fit, ended_by) =
-            grow_heights(self.points, Some(&weights), &base, &options, growth, observer)?;
+            grow_heights(self.points, Some(&weights), &base, &options, limits, observer)?;
+        let ended_by = if growth.is_none() { EndedBy::Grid } else { ended_by };
         let (uv, distances) = project(&fit.surface, (false, false), self.points, &fit.uv);
         let squares = |all: &[f64]| {
             all.iter().zip(&weights).map(|(off, weight)| weight * off * off).sum::<f64>()

@@ -136,12 +136,15 @@ pub(super) fn refine(
         best.0 = match problem.grow(best.0, &accept, observer)? {
             (finest, None) => finest,
             // The finest net has defects. It stays if more fairness repairs it.
-            (finest, Some(accepted)) => match with_repair(ranked, &problem, finest, observer)? {
-                (repaired, defects) if defects.is_empty() && repaired.rms() < accepted.rms() => {
-                    repaired
+            (finest, Some(accepted)) => {
+                let ended_by = finest.ended_by;
+                match with_repair(ranked, &problem, finest, observer)? {
+                    (fit, defects) if defects.is_empty() && fit.rms() < accepted.rms() => {
+                        SurfaceFit { ended_by, ..fit }
+                    }
+                    _ => accepted,
                 }
-                _ => accepted,
-            },
+            }
         };
     }
     let complete = best.0.ended_by != EndedBy::Defects
@@ -153,7 +156,11 @@ pub(super) fn refine(
             best = (nearer, defects);
         }
     }
-    let (fit, defects) = best;
+    let (mut fit, defects) = best;
+    if fit.ended_by == EndedBy::Grid && problem.options.grid.is_none() {
+        // The initial net has defects, so it did not grow.
+        fit.ended_by = EndedBy::Defects;
+    }
     let (coarse, shape) = (&model.fit.surface, problem.initial_shape());
     let map = TrainedMap::on_surface(problem.points, coarse, kind, shape, observer)?;
     Ok(RefinedSurface { kind, heights, fit, map, defects, complete })

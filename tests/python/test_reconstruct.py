@@ -1,7 +1,9 @@
 """`neurbs.reconstruct`: arguments, errors, progress, Ctrl-C."""
 
+import dataclasses
 import inspect
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -51,6 +53,27 @@ def test_the_report_measures_the_fit(terrain_points: Points) -> None:
     assert (nearest <= result.deviations + 1e-10 * report.diagonal).all()
     for words in ("rms", "control points", "100 % within the tolerance", "refine"):
         assert words in str(report)
+
+
+def test_the_report_says_that_the_size_of_the_net_was_given(terrain_points: Points) -> None:
+    # A height field and a sheet are grown by different means.
+    for kind in ("height", "sheet"):
+        report = neurbs.reconstruct(terrain_points, kind=kind, grid=(7, 6)).report
+        assert report.ended_by == "grid"
+        assert "the size of the net was given" in str(report)
+    grown = neurbs.reconstruct(terrain_points).report
+    assert grown.ended_by != "grid"
+
+
+def test_each_end_of_growth_has_words(terrain_points: Points) -> None:
+    report = neurbs.reconstruct(terrain_points, grid=(5, 5)).report
+    assert neurbs.Report.__doc__
+    described = neurbs.Report.__doc__.split("ended_by : str")[1].split("fairness : ")[0]
+    names = re.findall(r'``"(\w+)"``', described)
+    assert len(names) == 7
+    for name in names:
+        lines = dataclasses.replace(report, ended_by=name).lines()
+        assert lines["fit"].startswith("1 iteration: ")
 
 
 def test_a_missed_tolerance_is_a_warning(terrain_points: Points) -> None:
@@ -173,7 +196,11 @@ def test_points_that_are_no_surface_are_refused(points: ArrayLike, message: str)
 @pytest.mark.parametrize(
     ("option", "value", "message"),
     [
-        ("kind", "cone", "kind must be 'auto' or 'sheet' or 'height' or 'tube' or 'torus' or"),
+        (
+            "kind",
+            "cone",
+            "'auto' or 'sheet' or 'height' or 'tube' or 'torus', got 'cone'",
+        ),
         ("kind", "body", "kind must be .* .bodies are not supported yet., got 'body'"),
         ("tolerance", 0, "tolerance must be positive and finite, got 0"),
         ("component", "all", "component must be a number or 'each', got 'all'"),
