@@ -1,5 +1,6 @@
 """The commands train, tessellate, convert, compare, info and view."""
 
+import importlib
 import json
 import re
 import shlex
@@ -212,6 +213,42 @@ def test_a_view_is_written(
     done = command("view", surface_file, "-o", pictures[0], "--color", "red")
     assert done.code == 2
     assert "'--color': must be one of height" in done.err
+
+
+def test_a_map_is_viewed(points_file: Path, tmp_path: Path, command: Command) -> None:
+    map_file, picture = tmp_path / "map.npz", tmp_path / "a.png"
+    assert command("train", points_file, "-o", map_file, "--rows", "5", "--cols", "4").code == 0
+    done = command("view", map_file, "--points", points_file, "-o", picture, "--view", "top")
+    assert done.code == 0
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    done = command("view", map_file, "-o", picture, "--color", "zebra")
+    assert done.code == 1
+    assert "--color must be left out: the file has a map" in done.err
+    done = command("view", map_file)
+    assert (done.code, done.out) == (1, "")
+    assert "with -o" in done.err
+
+
+def test_a_view_has_the_unit_of_the_file(
+    tmp_path: Path, command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    units: list[str] = []
+    view = importlib.import_module("neurbs.cli.view")
+    drawn = view.plot_surface
+
+    def seen(*things: Any, unit: str, **options: Any) -> Any:
+        units.append(unit)
+        return drawn(*things, unit=unit, **options)
+
+    monkeypatch.setattr(view, "plot_surface", seen)
+    part = tmp_path / "part.step"
+    plane = neurbs.NurbsSurface.plane([0, 0, 0], [9, 0, 0], [0, 9, 0.1])
+    neurbs.save(plane, part, unit="in")
+    for words in ([], ["--unit", "furlongs"]):
+        done = command("view", part, "-o", tmp_path / "a.png", *words)
+        assert done.code == 0, done.err
+    # Readers of STEP convert to the unit that the file gives.
+    assert units == ["in", "furlongs"]
 
 
 def test_views_of_all_contents_have_the_size_that_is_given(

@@ -140,5 +140,7 @@ def test_options_of_other_widths_stay() -> None:
         "--grid 3 4 a.xyz": "--grid 3 4 a.xyz",
         "--grid": "--grid",
         "--grid a 4": "--grid a 4",
+        # The function says what is wrong with it.
+        "--grid a --seed 4": "--grid a a --seed 4",
     }.items():
         assert options.with_pairs(parameters, words.split()) == expected.split()

@@ -1,6 +1,7 @@
 """Options of the command line: one for each argument, named in errors and warnings."""
 
 import inspect
+import re
 from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
@@ -120,6 +121,60 @@ def test_an_error_names_the_option_on_the_command_line(
     monkeypatch.setattr(neurbs, "reconstruct", fail)
     done = command(*words)
     assert (done.code, done.err) == (1, "neurbs: error: points must be rounder\n")
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--grid", "x"], "'--grid': must be two integers from 0, got ('x', 'x')"),
+        (["--trim", "maybe"], "'--trim': must be 'auto', 'yes', 'outer' or 'no', got 'maybe'"),
+        (["--trim", "False"], "'--trim': must be 'auto', 'yes', 'outer' or 'no', got 'False'"),
+        (["--kind", "tub"], "'--kind': must be .* or 'torus', got 'tub'"),
+    ],
+)
+def test_wrong_values_are_named_as_words_of_the_command_line(
+    words: list[str], message: str, points_file: Path, command: Command
+) -> None:
+    done = command("reconstruct", points_file, "-o", points_file.with_suffix(".obj"), *words)
+    assert done.code == 2
+    pattern = message if ".*" in message else re.escape(message)
+    assert re.search(f"Invalid value for {pattern} ", done.err)
+    assert "(see 'neurbs reconstruct --help')" in done.err
+
+
+def test_an_option_without_its_values_names_the_help_of_the_command(command: Command) -> None:
+    done = command("reconstruct", "a.xyz", "-o", "a.obj", "--grid")
+    assert done.code == 2
+    assert "(see 'neurbs reconstruct --help')" in done.err
+
+
+def test_an_argument_is_not_called_an_option(points_file: Path, command: Command) -> None:
+    done = command("convert", points_file, points_file.with_suffix(".foo"))
+    assert done.code == 2
+    assert done.err.startswith("neurbs: error: Invalid value for 'OUT': ")
+
+
+@pytest.mark.parametrize(("truth", "trimmed"), [("true", True), ("false", False)])
+def test_settings_may_be_truth_values(
+    truth: str, trimmed: bool, tmp_path: Path, command: Command
+) -> None:
+    x, y = np.random.default_rng(0).random((2, 900))
+    disc = np.column_stack([x, y, x * y])[np.hypot(x - 0.5, y - 0.5) < 0.5]
+    np.savetxt(tmp_path / "disc.xyz", disc)
+    (tmp_path / "a.toml").write_text(f"[reconstruct]\ntrim = {truth}\nclean = false\n")
+    target = tmp_path / "a.json"
+    done = command(
+        "reconstruct",
+        tmp_path / "disc.xyz",
+        "-o",
+        target,
+        "--config",
+        tmp_path / "a.toml",
+        "--json",
+    )
+    assert done.code == 0
+    assert (done.json()["report"]["trim"] is not None) == trimmed
+    assert neurbs.load_shell(target).faces[0].is_trimmed == trimmed
 
 
 def test_a_wrong_option_stops_many_files_at_the_first(

@@ -13,7 +13,7 @@ from neurbs import PointCloud, Shell, io
 from neurbs.cli.command import OUTSIDE, command, print_json, print_table
 from neurbs.cli.completion import of_suffixes
 from neurbs.cli.config import Config
-from neurbs.cli.inputs import Columns, Nan, check_points, has_faces, in_unit, load
+from neurbs.cli.inputs import FACE_FILES, Columns, Nan, check_points, has_faces, in_unit, load
 from neurbs.cli.options import FILES, AsJson, Quiet, Unit
 from neurbs.cli.outputs import check_outputs
 from neurbs.deviation import Deviation, sampled
@@ -43,7 +43,7 @@ def compare(
         Path,
         typer.Argument(
             metavar="A",
-            help=f"The reference: a surface or shell ({' '.join(io.LOADABLE)}), or points "
+            help=f"The reference: a surface or shell ({FACE_FILES}), or points "
             f"({' '.join(io.READABLE)})",
             readable=False,
         ),

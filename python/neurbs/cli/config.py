@@ -45,6 +45,9 @@ def _read_config(context: typer.Context, path: Path | None) -> Path | None:
         if not isinstance(value, (str, int, float, list)):
             must = "a string, a number, a boolean or an array"
             raise wrong(f"{path}: {key} must be {must}, got {value!r}")
+        if isinstance(value, bool) and not getattr(option, "is_flag", False):
+            # An option of words, such as --trim.
+            value = "yes" if value else "no"
         # One number stands for a pair, as on the command line.
         pair = option.nargs == PAIR and not isinstance(value, list)
         defaults[option.name] = [value, value] if pair else value

@@ -14,7 +14,7 @@ from neurbs._core import LENGTH_UNITS
 from neurbs.cli.command import command, print_json, print_table
 from neurbs.cli.completion import of_suffixes, of_words
 from neurbs.cli.config import Config
-from neurbs.cli.inputs import Columns, Nan, has_faces, in_unit, load, only_surface
+from neurbs.cli.inputs import FACE_FILES, Columns, Nan, has_faces, in_unit, load, only_surface
 from neurbs.cli.options import FILES, AsJson, Quiet, Unit
 from neurbs.cli.outputs import check_outputs
 from neurbs.io.units import check_unit
@@ -35,8 +35,7 @@ def convert(
         Path,
         typer.Argument(
             metavar="IN",
-            help=f"A surface or shell ({' '.join(io.LOADABLE)}), "
-            f"or points ({' '.join(io.READABLE)})",
+            help=f"A surface or shell ({FACE_FILES}), or points ({' '.join(io.READABLE)})",
             readable=False,
         ),
     ],

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,11 +10,9 @@ import typer
 from neurbs import NurbsSurface, PointCloud, SelfOrganizingMap, Shell
 from neurbs.cli.command import command, print_json, print_table
 from neurbs.cli.config import Config
-from neurbs.cli.inputs import Columns, File, Nan, load, only_surface
+from neurbs.cli.inputs import Columns, File, Nan, is_map, load, only_surface
 from neurbs.cli.options import AsJson, Unit
 from neurbs.errors import printable
-
-_MAP = ".npz"
 
 _MAX_NAMES = 10
 """Names of faces that are shown."""
@@ -36,7 +33,7 @@ def info(
     as_json: AsJson = False,
 ) -> None:
     """Print the main facts about the content of a file."""
-    if _is_map(file):
+    if is_map(file):
         facts = _of_map(SelfOrganizingMap.load(file))
     else:
         thing = load(file, columns, nan, unit)
@@ -45,17 +42,6 @@ def info(
         print_json({"input": str(file), **facts})
     else:
         print_table({name.replace("_", " "): _text(value) for name, value in facts.items()})
-
-
-def _is_map(file: Path) -> bool:
-    """Whether a file is an archive with a map; an .npz may also have points."""
-    if file.suffix.lower() != _MAP or not file.is_file():
-        return False
-    try:
-        with np.load(file, allow_pickle=False) as archive:
-            return "codebook" in archive.files
-    except Exception:  # A damaged archive may raise any error. The reader reports it.
-        return False
 
 
 def _of_shell(shell: Shell) -> dict[str, Any]:

@@ -17,11 +17,14 @@ from neurbs.io.obj import is_free_form
 from neurbs.io.packed import name_of
 from neurbs.io.point_readers import warn_dropped
 
+FACE_FILES = f"{' '.join(io.LOADABLE)}, free-form .obj"
+"""The formats of surfaces and shells, for help texts."""
+
 Surface: TypeAlias = Annotated[
     Path,
     typer.Argument(
         metavar="SURFACE",
-        help=f"File of a surface or shell: {' '.join(io.LOADABLE)}",
+        help=f"File of a surface or shell: {FACE_FILES}",
         readable=False,
     ),
 ]
@@ -88,6 +91,17 @@ def has_faces(path: Path) -> bool:
     suffix = path.suffix.lower()
     # The vertices of other OBJ files are points.
     return suffix in io.LOADABLE or (suffix == ".obj" and path.is_file() and is_free_form(path))
+
+
+def is_map(file: Path) -> bool:
+    """Whether a file is an archive with a map; an .npz may also have points."""
+    if file.suffix.lower() != ".npz" or not file.is_file():
+        return False
+    try:
+        with np.load(file, allow_pickle=False) as archive:
+            return "codebook" in archive.files
+    except Exception:  # A damaged archive may raise any error. The reader reports it.
+        return False
 
 
 def load(

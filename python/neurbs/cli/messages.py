@@ -22,6 +22,9 @@ from neurbs.cli.help import write_options
 from neurbs.cli.options import TRUTHS, flag, with_pairs
 from neurbs.errors import printable
 
+TRUTH_WORDS = {str(truth): word for word, truth in TRUTHS.items()}
+"""The words of the command line for the truth values in messages."""
+
 
 class Command(TyperCommand):
     """A command with groups of options, whose errors name options instead of arguments."""
@@ -32,7 +35,13 @@ class Command(TyperCommand):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Parse the words of the command line; a pair of equal numbers may be one number."""
-        return super().parse_args(ctx, with_pairs(self.params, args))
+        try:
+            return super().parse_args(ctx, with_pairs(self.params, args))
+        except typer.TyperException as error:
+            # The message names the help of the command, not that of the program.
+            wrong: Any = error
+            wrong.ctx = getattr(error, "ctx", None) or ctx
+            raise
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command; an error about an option is a wrong command line."""
@@ -45,6 +54,8 @@ class Command(TyperCommand):
                 if argument is None:
                     error.args = (message,)
                     raise
+                for truth, word in TRUTH_WORDS.items():
+                    message = re.sub(rf"(?<!')\b{truth}\b", repr(word), message)
                 raise typer.BadParameter(
                     message.removeprefix(f"{argument} "),
                     ctx=ctx,
@@ -71,8 +82,7 @@ def with_options(context: typer.Context, message: str) -> str:
         word = option.opts[0]
         if option.secondary_opts:
             return option.secondary_opts[0] if value == "False" else word
-        words = {str(truth): word for word, truth in TRUTHS.items()}
-        value = words.get(value, value)
+        value = TRUTH_WORDS.get(value, value)
         return f"{word} {value}".rstrip()
 
     return re.sub(r"`(?P<name>\w+)(?:=(?P<value>[^`]+))?`", replaced, message)

@@ -99,7 +99,9 @@ def with_pairs(parameters: Sequence[Any], words: Sequence[str]) -> list[str]:
         if equal:
             rest.insert(0, value)
         count = next((n for n, each in enumerate(rest) if not _is_number(each)), len(rest))
-        result += [name, *([rest.pop(0)] * 2 if count == 1 else [])]
+        # A word that is no number is doubled, too: the function says what it must be.
+        is_wrong = rest and not rest[0].startswith("-") and not any(map(_is_number, rest[:2]))
+        result += [name, *([rest.pop(0)] * 2 if count == 1 or is_wrong else [])]
     return result
 
 

@@ -43,9 +43,11 @@ def check_outputs(
     typer.BadParameter
         If a check fails. The message names both files.
     """
+    is_option = any(p.name == "output" for p in context.command.params)
+    hint = "'--output'" if is_option else "'OUT'"
 
     def wrong(message: str) -> typer.BadParameter:
-        return typer.BadParameter(message, ctx=context, param_hint="'--output'")
+        return typer.BadParameter(message, ctx=context, param_hint=hint)
 
     read = list(inputs)
     written: list[Path] = []

@@ -7,17 +7,19 @@ import sys
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 import typer
+from numpy.typing import NDArray
 
-from neurbs import NeurbsError, PointCloud, io
+from neurbs import NeurbsError, PointCloud, SelfOrganizingMap, Shell, io
 from neurbs.choices import Backend
 from neurbs.cli.command import command, print_table
 from neurbs.cli.completion import of_suffixes
 from neurbs.cli.config import Config
-from neurbs.cli.inputs import Columns, File, Nan, load, only_surface, read_points
+from neurbs.cli.inputs import Columns, File, Nan, is_map, load, only_surface, read_points
 from neurbs.cli.options import FILES, Option, Quiet, Unit, flag, options_of, values
 from neurbs.io.units import file_unit
-from neurbs.plot import plot_points, plot_shell, plot_surface, save_picture
+from neurbs.plot import plot_map, plot_points, plot_shell, plot_surface, save_picture
 from neurbs.plot.standard_view import VIEWS
 
 OPTIONS = (
@@ -58,11 +60,11 @@ OPTIONS = (
 """Options of `neurbs.plot.plot_surface`."""
 
 _OF_POINTS = ("view", "size", "dpi", "exaggeration")
-"""Options that pictures of points have, too."""
+"""Options that pictures of points and maps have, too."""
 
 
 @command(
-    "Show a file in a window, or write a picture. It has a surface, a shell or points.",
+    "Show a file in a window, or write a picture. It has a surface, a shell, points or a map.",
     "neurbs view part.step --points scan.ply --color deviation",
 )
 @options_of(plot_surface, OPTIONS, "Picture")
@@ -97,7 +99,7 @@ def view(
     quiet: Quiet = False,
     **options: Any,
 ) -> None:
-    """Run `neurbs.plot.plot_surface`, `plot_shell` or `plot_points` on the content of a file."""
+    """Run `plot_surface`, `plot_shell`, `plot_points` or `plot_map` on the content of a file."""
     if output is not None and output.suffix.lower() not in io.WRITABLE["picture"]:
         suffixes = ", ".join(io.WRITABLE["picture"])
         raise typer.BadParameter(
@@ -105,23 +107,43 @@ def view(
         )
     if output is None:
         _check_display()
-    thing, given = load(file, columns, nan, unit), values(options)
-    backend: Backend = "pyvista" if output is None else "matplotlib"
-    cloud = None if points is None else read_points(points, columns, nan, file_unit(thing.unit))
-    if isinstance(thing, PointCloud):
-        _refuse(file, "points", [name for name in given if name not in _OF_POINTS])
-        drawn = plot_points(thing.points, backend=backend, unit=thing.unit or "", **given)
-    elif surface := only_surface(thing):
-        drawn = plot_surface(surface, cloud, backend=backend, unit=thing.unit or "", **given)
+    given = values(options)
+    drawn: Any
+    if is_map(file):
+        if output is None:
+            raise NeurbsError(f"{file}: a map is drawn as a picture: write one with -o")
+        _refuse(file, "a map", [name for name in given if name not in _OF_POINTS])
+        cloud = None if points is None else read_points(points, columns, nan, unit)
+        drawn = plot_map(SelfOrganizingMap.load(file), cloud, **given)
     else:
-        _refuse(file, "a shell", [name for name in given if name == "control_net"])
-        drawn = plot_shell(thing, cloud, backend=backend, unit=thing.unit or "", **given)
+        thing = load(file, columns, nan, unit)
+        cloud = None if points is None else read_points(points, columns, nan, file_unit(thing.unit))
+        drawn = _drawn(file, thing, cloud, given, "pyvista" if output is None else "matplotlib")
     if output is None:
         drawn.show(title=str(file))
         return
     save_picture(drawn, output)
     if not quiet:
         print_table({"written": str(output)})
+
+
+def _drawn(
+    file: Path,
+    thing: Shell | PointCloud,
+    cloud: NDArray[np.float64] | None,
+    given: dict[str, Any],
+    backend: Backend,
+) -> Any:
+    """Draw the content of a file, with points in its unit."""
+    # Parts in millimeters are drawn to scale.
+    unit = thing.unit or ""
+    if isinstance(thing, PointCloud):
+        _refuse(file, "points", [name for name in given if name not in _OF_POINTS])
+        return plot_points(thing.points, backend=backend, unit=unit, **given)
+    if surface := only_surface(thing):
+        return plot_surface(surface, cloud, backend=backend, unit=unit, **given)
+    _refuse(file, "a shell", [name for name in given if name == "control_net"])
+    return plot_shell(thing, cloud, backend=backend, unit=unit, **given)
 
 
 def _refuse(file: Path, content: str, names: list[str]) -> None:
