@@ -108,7 +108,7 @@ def report(path: Path) -> None:
     result = neurbs.reconstruct(neurbs.read_points(TERRAIN))
     with TemporaryDirectory() as folder, sync_playwright() as playwright:
         page_file = Path(folder, "report.html")
-        result.write_report(page_file, tolerance=50, unit="m", source="jacksboro.xyz")
+        result.write_report(page_file, unit="m", source="jacksboro.xyz")
         browser = playwright.chromium.launch(
             executable_path=shutil.which("chromium"),
             args=["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],

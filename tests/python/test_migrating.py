@@ -13,6 +13,14 @@ from neurbs import NurbsCurve, NurbsSurface
 PAGE = (Path(__file__).parents[2] / "docs" / "migrating.md").read_text(encoding="utf-8")
 
 
+@pytest.mark.parametrize("example", re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL))
+def test_each_example_runs_alone(example: str) -> None:
+    for library in ("geomdl", "scipy"):
+        if library in example:
+            pytest.importorskip(library)
+    exec(example, {})
+
+
 def section(title: str) -> str:
     return PAGE.split(f"## From {title}\n")[1].split("\n## ")[0]
 
