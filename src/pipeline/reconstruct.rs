@@ -83,7 +83,8 @@ fn finish(
     ranked.times.end_stage("measure");
 
     let observer: &mut dyn Observer = &mut Phase::Trim.observed(points.len(), sampled, observer);
-    let trimmed = Trimmed::of(&surface, &measured.inlier_parameters(), options.trim, observer)?;
+    let (uv, scale) = (measured.inlier_parameters(), ranked.axis_scale);
+    let trimmed = Trimmed::of(&surface, scale, &uv, options.trim, observer)?;
     diagnostics.extend(trimmed.diagnostics);
     ranked.times.end_stage("trim");
 

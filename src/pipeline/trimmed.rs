@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::DVec2;
+use glam::{DAffine3, DVec2, DVec3};
 
 use super::options::Trimming;
 use super::report::TrimReport;
@@ -27,8 +27,11 @@ pub(super) struct Trimmed {
 impl Trimmed {
     /// Trims a surface where the points with these parameters end. If that fails, the surface stays
     /// whole, with a diagnostic.
+    ///
+    /// Distances between points count in coordinates divided by `axis_scale`, as in the fit.
     pub(super) fn of(
         surface: &NurbsSurface,
+        axis_scale: DVec3,
         uv: &[DVec2],
         trimming: Trimming,
         observer: &mut dyn Observer,
@@ -44,7 +47,12 @@ impl Trimmed {
             Ok(Self { shell, report, diagnostics })
         };
         let options = TrimOptions { holes: trimming != Trimming::Outer, border: None };
-        let found = match trim(&surface, uv, &options, observer) {
+        let scale = power_of_two(axis_scale);
+        let scaled = match scale {
+            DVec3::ONE => Arc::clone(&surface),
+            _ => Arc::new(surface.map_control_points(|point| point / scale)?),
+        };
+        let found = match trim(&scaled, uv, &options, observer) {
             Err(error) => return whole(None, untrimmed(error)?),
             Ok(found) => found,
         };
@@ -63,7 +71,7 @@ impl Trimmed {
         if found.regions > 1 {
             diagnostics.push(Diagnostic::Regions { count: found.regions });
         }
-        let (trimmed, area, holes) = match measured(&found, observer) {
+        let (trimmed, area, holes) = match measured(&found, scale, observer) {
             Err(error) => return whole(None, untrimmed(error)?),
             Ok(made) => made,
         };
@@ -80,9 +88,22 @@ fn untrimmed(error: Error) -> Result<Vec<Diagnostic>> {
     }
 }
 
-/// The shell of trimmed faces, its area, and the areas of its holes.
-fn measured(found: &Trim, observer: &mut dyn Observer) -> Result<(Shell, f64, Vec<f64>)> {
-    let shell = Shell::new(found.faces.clone(), None)?;
+/// The powers of two nearest to these divisors: dividing by them and multiplying again does not
+/// round, so faces have the control points of the surface.
+fn power_of_two(axis_scale: DVec3) -> DVec3 {
+    axis_scale.map(|divisor| divisor.log2().round().exp2())
+}
+
+/// The shell of trimmed faces in given coordinates, its area, and the areas of its holes.
+fn measured(
+    found: &Trim,
+    scale: DVec3,
+    observer: &mut dyn Observer,
+) -> Result<(Shell, f64, Vec<f64>)> {
+    let mut shell = Shell::new(found.faces.clone(), None)?;
+    if scale != DVec3::ONE {
+        shell = shell.transformed(&DAffine3::from_scale(scale))?;
+    }
     let area = shell.area(SETTINGS.accuracy, observer)?;
     let holes = hole_areas(&shell, observer)?;
     Ok((shell, area, holes))

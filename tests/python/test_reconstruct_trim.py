@@ -2,6 +2,7 @@
 
 import os
 import pickle
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -214,3 +215,29 @@ def test_real_clouds_have_their_holes(name: str) -> None:
     # The accuracy of closest points on edges is that of the shell.
     distances = result.shell.closest_points(mesh.vertices).distances
     assert distances.max() < 1e-6 * result.report.diagonal
+
+
+@pytest.mark.parametrize("given", [True, False])
+@pytest.mark.parametrize("height", [300.0, 3000.0])
+def test_faces_do_not_depend_on_the_units_of_the_axes(height: float, given: bool) -> None:
+    # Degrees and meters: distances between points count as in the fit.
+    x, y = np.random.default_rng(0).random((2, 4000))
+    kept = np.hypot(x - 0.5, y - 0.4) > 0.15
+    points = np.column_stack([x, y, np.sin(4 * x) * y])[kept]
+    scale, origin = np.array([0.8, 0.5, height]), np.array([15, 46, 80_000])
+    plain = neurbs.reconstruct(points)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", neurbs.MixedUnitsWarning)
+        mixed = neurbs.reconstruct(
+            points * scale + origin, axis_scale=(0.8, 0.5, height) if given else None
+        )
+    assert [found.code for found in mixed.report.diagnostics] == [] if given else ["mixed-units"]
+    assert mixed.face.surface == mixed.surface
+    for result in (plain, mixed):
+        assert len(result.face.inner) == 1
+        assert result.face.contains(result.uv).mean() > 0.98
+    center = np.array([[0.5, 0.4, np.sin(2) * 0.4]]) * scale + origin
+    assert not mixed.face.contains(mixed.surface.closest_points(center).uv).any()
+    assert mixed.report.trim is not None
+    assert plain.report.trim is not None
+    assert mixed.report.trim.outside == pytest.approx(plain.report.trim.outside, abs=0.01)
