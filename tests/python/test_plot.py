@@ -145,6 +145,32 @@ def test_no_label_is_clipped(
         assert whole.y0 <= extent.y0 < extent.y1 <= whole.y1, text
 
 
+@pytest.mark.parametrize("size", [None, (3, 3), (4, 5), (9, 4)])
+@pytest.mark.parametrize("view", ["top", "front", "side"])
+def test_texts_of_axes_are_outside_of_the_box(
+    view: ViewChoice, size: tuple[float, float] | None, rng: np.random.Generator
+) -> None:
+    figure = plot_points(rng.random((200, 3)) * [3000, 5000, 900], view=view, size=size)
+    figure.draw_without_rendering()
+    (panel,) = figure.axes
+    axes = (panel.xaxis, panel.yaxis, panel.zaxis)  # type: ignore[attr-defined]
+    corners = np.concatenate(
+        [axis.line.get_transform().transform(axis.line.get_xydata()) for axis in axes]
+    )
+    (left, bottom), (right, top) = corners.min(axis=0), corners.max(axis=0)
+    texts = [text for axis in axes for text in shown(axis)]
+    assert len(texts) > 4
+    for text in texts:
+        box = text.get_window_extent()
+        x, y = (box.x0 + box.x1) / 2, (box.y0 + box.y1) / 2
+        assert not (left < x < right and bottom < y < top), text
+    # The name of an axis is farther out than its ticks.
+    for axis in axes:
+        *ticks, name = (text.get_window_extent() for text in shown(axis)) if shown(axis) else [None]
+        if name is not None:
+            assert not any(name.overlaps(tick) for tick in ticks), axis
+
+
 @pytest.mark.parametrize("extent", [[40, 40, 60], [100, 100, 200], [30_000, 30_000, 800]])
 def test_no_tick_reaches_over_that_of_another_axis(
     extent: list[float], rng: np.random.Generator

@@ -170,7 +170,10 @@ def _clear(figure: Figure, axes: Any, axis: Any) -> None:
     gap = _GAP * axis.label.get_size() * figure.dpi / 72
     places = axes.transData.transform([tick.label1.get_position() for tick in ticks])
     pixels = np.abs((places - start) @ normal).mean() / (ticks[0].get_pad() + _PAD)
-    axis.set_tick_params(pad=(half + gap) / pixels - _PAD - ticks[0].get_tick_padding())
+    axis.set_tick_params(pad=0)
+    # The length of a tick or 0, by the version of Matplotlib.
+    included = ticks[0].get_pad()
+    axis.set_tick_params(pad=(half + gap) / pixels - _PAD - included)
     letters = axis.label.get_size() * figure.dpi / 72
     axis.labelpad = (2 * half + 2 * gap + letters / 2) / pixels - _NAME_PAD
 
