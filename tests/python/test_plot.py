@@ -153,7 +153,7 @@ def test_texts_of_axes_are_outside_of_the_box(
     figure = plot_points(rng.random((200, 3)) * [3000, 5000, 900], view=view, size=size)
     figure.draw_without_rendering()
     (panel,) = figure.axes
-    axes = (panel.xaxis, panel.yaxis, panel.zaxis)  # type: ignore[attr-defined]
+    axes = (panel.xaxis, panel.yaxis, panel.zaxis)
     corners = np.concatenate(
         [axis.line.get_transform().transform(axis.line.get_xydata()) for axis in axes]
     )
