@@ -58,11 +58,16 @@ impl HeightField<'_> {
             let groups = groups.iter().map(samples).collect();
             HeldOutGroups::of(&space, equations.of_points().clone(), groups)
         };
-        let in_cells = held_out(cells.groups(LEAST_SQUARES.enough_points))?;
-        let in_turn = held_out(points_in_turn(self.uv.len(), LEAST_SQUARES.enough_points))?;
+        let enough = LEAST_SQUARES.enough_points;
+        let in_turn = points_in_turn(self.uv.len(), enough);
+        // Of two sweeps, none predicts the other.
+        let groups = Some(cells.groups(enough)).filter(|groups| !groups.is_empty());
+        let in_cells = held_out(groups.unwrap_or_else(|| in_turn.clone()))?;
+        let in_turn = held_out(in_turn)?;
         let mut choose = |anisotropy: f64| {
             let equations = equations.with_anisotropy(anisotropy);
-            let error = |fairness| in_cells.error(&equations.energy, equations.times(fairness));
+            let error =
+                |fairness| in_cells.robust_error(&equations.energy, equations.times(fairness));
             let fairness = match given {
                 Some(fairness) => fairness,
                 None => best(known, error, check_interrupt)?,

@@ -48,10 +48,18 @@ impl<'a> HeldOutGroups<'a> {
     /// The mean squared distance along normals from the surfaces of the other groups, with the
     /// energy multiplied by `times`. Infinite if a group's complement does not determine the
     /// surface.
-    ///
-    /// It is that of normal errors with the same mean distance, on which a few wide gaps have little
-    /// influence.
     pub(super) fn error(&self, energy: &BandMatrix, times: f64) -> Result<f64> {
+        self.mean(energy, times, |distance| distance * distance)
+    }
+
+    /// The mean squared distance of normal errors with the same mean distance, on which a few wide
+    /// gaps have little influence.
+    pub(super) fn robust_error(&self, energy: &BandMatrix, times: f64) -> Result<f64> {
+        Ok(FRAC_PI_2 * self.mean(energy, times, f64::abs)?.powi(2))
+    }
+
+    /// The mean over samples of a function of their distances.
+    fn mean(&self, energy: &BandMatrix, times: f64, of: fn(f64) -> f64) -> Result<f64> {
         let of_group = |(samples, part): (&Vec<Sample>, &NormalEquations)| -> Result<f64> {
             let NormalEquations { mut matrix, mut right } = self.all.clone();
             matrix.add_scaled(-1.0, &part.matrix);
@@ -65,19 +73,19 @@ impl<'a> HeldOutGroups<'a> {
             matrix.solve(&mut right);
             let net: Vec<DVec3> = right.into_iter().map(DVec3::from_array).collect();
             let surface = self.space.surface(&net)?;
-            let distance = |i: usize, point: DVec3| {
+            let term = |i: usize, point: DVec3| {
                 let Sample { point: wanted, normal, weight, .. } = samples[i];
-                weight * (wanted - point).dot(normal).abs()
+                weight * of((wanted - point).dot(normal))
             };
             let patches = Patches::of(&surface);
-            let distances =
-                patches.each(samples.len(), |i| samples[i].uv, |i, place| distance(i, place.point));
-            Ok(distances.iter().sum())
+            let terms =
+                patches.each(samples.len(), |i| samples[i].uv, |i, place| term(i, place.point));
+            Ok(terms.iter().sum())
         };
         let groups = self.groups.par_iter().zip(&self.parts);
         let sums = groups.map(of_group).collect::<Result<Vec<f64>>>()?;
         let weight: f64 = self.groups.iter().flatten().map(|sample| sample.weight).sum();
-        Ok(FRAC_PI_2 * (sums.iter().sum::<f64>() / weight).powi(2))
+        Ok(sums.iter().sum::<f64>() / weight)
     }
 }
 

@@ -94,7 +94,7 @@ impl GapCells {
         let mut width = finest;
         loop {
             let order = in_cells(places, width);
-            let cells = (size / width).ceil().max(DVec2::ONE).element_product();
+            let cells = (size / width).max(DVec2::ONE).element_product();
             if occupied(&order) >= SETTINGS.min_occupied * cells || cells <= SETTINGS.groups as f64
             {
                 return Self { order, has_gaps: width > finest };
