@@ -106,7 +106,7 @@ impl GapCells {
     /// Indices of places to leave out together, group by group. Groups that contain `enough` places
     /// together suffice.
     ///
-    /// A hash selects the cells of a group: a regular pattern could leave out whole rows. Cells that
+    /// Cells are in the order of a hash: a regular pattern could leave out whole rows. Cells that
     /// end a row and a column of cells behind a gap always stay, since nothing predicts them.
     pub(super) fn groups(&self, enough: usize) -> Vec<Vec<usize>> {
         // Of many places, smaller groups suffice.
@@ -121,12 +121,12 @@ impl GapCells {
                 adjacent.contains(&Some(1)) || (before.is_some() && after.is_some())
             })
         };
-        let mut groups = vec![Vec::new(); SETTINGS.groups];
         let cells = self.order.chunk_by(|(a, _), (b, _)| a == b);
-        for cell in cells.filter(|cell| predicted(cell[0].0)) {
-            let [u, v] = cell[0].0.map(u64::from);
-            let group = usize::try_from(mix(mix(u) ^ v) % parts as u64);
-            if let Some(members) = group.ok().and_then(|group| groups.get_mut(group)) {
+        let mut cells: Vec<_> = cells.filter(|cell| predicted(cell[0].0)).collect();
+        cells.sort_by_cached_key(|cell| mix(mix(cell[0].0[0].into()) ^ u64::from(cell[0].0[1])));
+        let mut groups = vec![Vec::new(); SETTINGS.groups];
+        for (rank, cell) in cells.into_iter().enumerate() {
+            if let Some(members) = groups.get_mut(rank % parts) {
                 members.extend(cell.iter().map(|(_, index)| *index));
             }
         }
