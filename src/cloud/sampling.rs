@@ -180,12 +180,14 @@ impl EvenSample {
 
     /// The numbers that, with the kept points and their indices, are the whole state: most points
     /// to keep, points seen, and side of a voxel.
-    pub(crate) fn limits(&self) -> (usize, u64, f64) {
+    #[must_use]
+    pub fn limits(&self) -> (usize, u64, f64) {
         (self.most, self.seen, self.side)
     }
 
     /// A sample that goes on from the state of another.
-    pub(crate) fn resumed(
+    #[must_use]
+    pub fn resumed(
         (most, seen, side): (usize, u64, f64),
         points: &[DVec3],
         indices: &[u64],
