@@ -44,11 +44,14 @@ impl<'py> Numbers<'py> {
             |got: String| argument_error(name, format!("{name} must be {expected}, got {got}"));
         let numpy = value.py().import("numpy")?;
         // Masked values must not be used as numbers. `numpy.ma` is only looked up if it is loaded
-        // already, because importing it takes as long as a small fit.
+        // already, because importing it takes as long as a small fit. While another thread imports
+        // it, it has no such function yet, and there are no masked arrays.
         let loaded = value.py().import("sys")?.getattr("modules")?;
         let module = loaded.call_method1("get", ("numpy.ma",))?;
-        let masked =
-            !module.is_none() && module.call_method1("is_masked", (value,))?.is_truthy()?;
+        let masked = match module.getattr_opt("is_masked")? {
+            Some(is_masked) => is_masked.call1((value,))?.is_truthy()?,
+            None => false,
+        };
         if masked {
             return Err(fail("a masked array: fill or remove the masked values".into()));
         }

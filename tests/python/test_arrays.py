@@ -1,6 +1,8 @@
 """Arrays as arguments and results: conversion, memory and `out`."""
 
+import sys
 import tracemalloc
+import types
 
 import numpy as np
 import pytest
@@ -24,6 +26,13 @@ def test_points_of_the_right_kind_are_not_copied() -> None:
     assert _core.as_points(points) is points
     part = points[100:900]
     assert np.shares_memory(_core.as_points(part), points)
+
+
+def test_arrays_are_read_while_another_thread_loads_masked_arrays(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setitem(sys.modules, "numpy.ma", types.ModuleType("numpy.ma"))
+    np.testing.assert_array_equal(_core.as_points(POINTS.tolist()), POINTS)
 
 
 @pytest.mark.parametrize(
