@@ -62,6 +62,7 @@
 #![forbid(unsafe_code)]
 
 pub mod brep;
+mod bytes;
 pub mod chart;
 pub mod cloud;
 pub mod diagnostic;

@@ -6,13 +6,14 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// For each top-level module, the others that it may import, besides those for all.
-const ALLOWED: [(&str, &[&str]); 20] = [
+const ALLOWED: [(&str, &[&str]); 21] = [
     ("error", &[]),
     ("diagnostic", &["chart"]),
     ("progress", &[]),
     ("worker_pool", &[]),
     ("memory", &[]),
     ("numeric", &[]),
+    ("bytes", &[]),
     ("disjoint_sets", &[]),
     ("cloud", &[]),
     ("observe", &["cloud"]),
@@ -41,8 +42,16 @@ const ALLOWED: [(&str, &[&str]); 20] = [
     ),
 ];
 
-const FOR_ALL: [&str; 7] =
-    ["error", "diagnostic", "progress", "worker_pool", "memory", "numeric", "disjoint_sets"];
+const FOR_ALL: [&str; 8] = [
+    "error",
+    "diagnostic",
+    "progress",
+    "worker_pool",
+    "memory",
+    "numeric",
+    "bytes",
+    "disjoint_sets",
+];
 
 fn sources(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());

@@ -54,6 +54,7 @@ if TYPE_CHECKING:
         NeurbsMemoryError,
         NurbsCurve,
         NurbsSurface,
+        PartialSums,
         Progress,
         Shell,
         TriangleMesh,
@@ -168,6 +169,7 @@ __all__ = [
     "NurbsCurve",
     "NurbsSurface",
     "OvershootWarning",
+    "PartialSums",
     "PointCloud",
     "PointsDroppedWarning",
     "Progress",
@@ -271,7 +273,7 @@ _HOMES = {
 }
 """For each module its public names; all others are in `_core`."""
 
-_MODULES = ("io", "plot", "report")
+_MODULES = ("distributed", "io", "plot", "report")
 """Public modules."""
 
 _ATTRIBUTES = ("__doc__", "__file__", "__name__", "__path__", "__spec__")

@@ -28,6 +28,7 @@ __all__ = [
     "NeurbsMemoryError",
     "NurbsCurve",
     "NurbsSurface",
+    "PartialSums",
     "Progress",
     "Shell",
     "TriangleMesh",
@@ -40,15 +41,20 @@ __all__ = [
     "default_options",
     "fit_heights",
     "fit_weights",
+    "isocurve_lengths",
     "lattice_for_points",
     "num_threads",
     "reconstruct",
     "reconstruct_paper",
     "recover_net",
+    "refined_knots",
+    "robust_weights",
     "set_num_threads",
     "som_options",
+    "start_indices",
     "tessellate",
     "trim",
+    "trimmed",
     "validate",
     "write_iges",
     "write_obj",
@@ -640,6 +646,33 @@ class BatchSums:
     def __hash__(self, /) -> int: ...
 
 @final
+class PartialSums:
+    """Sums over points at known parameters, from which a surface is solved."""
+
+    @staticmethod
+    def of(
+        points: ArrayLike,
+        uv: ArrayLike,
+        knots: tuple[ArrayLike, ArrayLike],
+        *,
+        degree: int | tuple[int, int] = 3,
+        closed: bool | tuple[bool, bool] = False,
+        origin: ArrayLike = ...,
+        weights: ArrayLike | None = None,
+    ) -> PartialSums: ...
+    @property
+    def points(self) -> int: ...
+    def solve(
+        self, fairness: float, lengths: tuple[float, float] | None = None
+    ) -> NurbsSurface: ...
+    def squared_distance(self, surface: NurbsSurface) -> float: ...
+    def to_bytes(self) -> bytes: ...
+    @staticmethod
+    def from_bytes(state: bytes) -> PartialSums: ...
+    def __add__(self, value: PartialSums, /) -> PartialSums: ...
+    def __radd__(self, value: PartialSums, /) -> PartialSums: ...
+
+@final
 class Epoch:
     """The state of a map after an epoch of training."""
 
@@ -659,7 +692,13 @@ class Map:
     """A map at any stage of its training; the public class is `neurbs.SelfOrganizingMap`."""
 
     def __new__(
-        cls, points: ArrayLike, lattice: Lattice, options: dict[str, Any], *, chunks: bool = False
+        cls,
+        points: ArrayLike,
+        lattice: Lattice,
+        options: dict[str, Any],
+        *,
+        chunks: bool = False,
+        whole: tuple[list[float], list[float], int] | None = None,
     ) -> Map: ...
     def train(
         self,
@@ -672,6 +711,9 @@ class Map:
     def present(self, points: ArrayLike) -> None: ...
     def sums(self, points: ArrayLike) -> BatchSums: ...
     def learn(self, sums: BatchSums) -> None: ...
+    def train_epoch(
+        self, sums: BatchSums, *, observer: Callable[[Epoch], object] | None = None
+    ) -> bool: ...
     def train_on_distribution(
         self,
         sampler: Callable[[int], ArrayLike],
@@ -746,6 +788,12 @@ class EvenSample:
 
     def __new__(cls, most: int) -> EvenSample: ...
     def extend(self, points: ArrayLike) -> None: ...
+    def merge(self, next: EvenSample) -> None: ...
+    def to_bytes(self) -> bytes: ...
+    @staticmethod
+    def from_bytes(state: bytes) -> EvenSample: ...
+    @property
+    def seen(self) -> int: ...
     @property
     def points(self) -> NDArray[np.float64]: ...
     @property
@@ -822,6 +870,17 @@ def reconstruct_paper(
     options: dict[str, Any],
     progress: Callable[[Progress], object] | None,
 ) -> _Found: ...
+def isocurve_lengths(surface: NurbsSurface) -> tuple[float, float]: ...
+def refined_knots(
+    surface: NurbsSurface,
+    closed: tuple[bool, bool],
+    errors: tuple[ArrayLike, ArrayLike],
+    most: int,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None: ...
+def robust_weights(
+    distances: ArrayLike, around: ArrayLike, usual: float
+) -> NDArray[np.float64]: ...
+def start_indices(count: int) -> NDArray[np.int64]: ...
 def lattice_for_points(points: int) -> tuple[int, int]: ...
 def num_threads() -> int: ...
 def set_num_threads(threads: int) -> None: ...
@@ -841,6 +900,9 @@ def tessellate(
 def trim(
     surface: NurbsSurface, uv: ArrayLike, *, holes: bool = True, border: float | None = None
 ) -> Shell: ...
+def trimmed(
+    surface: NurbsSurface, uv: ArrayLike, trim: bool | str, scale: tuple[float, float, float]
+) -> tuple[Shell, dict[str, Any] | None, tuple[tuple[str, str, dict[str, Any], bool], ...]]: ...
 def write_iges(
     shells: Sequence[Shell], path: str | os.PathLike[str], unit: str | None = None
 ) -> None: ...

@@ -18,6 +18,8 @@ _EXTRAS = {
     "backports": ("backports.zstd", "io"),
     "collada": ("pycollada", "io"),
     "OCP": ("cadquery-ocp-novtk", "cad"),
+    "dask": ("dask[array]", "dask"),
+    "distributed": ("distributed", "dask"),
     "laspy": ("laspy[lazrs]", "io"),
     "lxml": ("lxml", "io"),
     "lzf": ("python-neo-lzf", "io"),
@@ -56,6 +58,11 @@ def require(module: str, purpose: str) -> ModuleType:
         if not _is_missing(module, error):
             raise
         raise _not_installed(purpose, module) from None
+
+
+def is_dask_array(points: object) -> bool:
+    """Whether points are a `dask.array`, which is not imported for this."""
+    return type(points).__module__.partition(".")[0] == "dask" and hasattr(points, "dask")
 
 
 def require_for_file(path: Path, module: str) -> Any:

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from neurbs import _core
 from neurbs.choices import Positions
 from neurbs.errors import argument_error
+from neurbs.extras import is_dask_array
 from neurbs.som_chunks import ChunkLearner
 from neurbs.som_estimator import Estimator
 from neurbs.som_trained import TrainedMap
@@ -217,7 +218,9 @@ class SelfOrganizingMap(Estimator, ChunkLearner, TrainedMap):
         Parameters
         ----------
         points : array_like of shape (n, 3) or (n, 2)
-            At least four distinct points, not all on one line; two columns lie in z = 0.
+            At least four distinct points, not all on one line; two columns lie in z = 0. An array
+            of Dask is trained on its workers, with the same bits, by batch training only; see
+            `neurbs.distributed.fit_map`.
         y : object
             Not used; for pipelines of scikit-learn.
         progress : callable, optional
@@ -245,14 +248,18 @@ class SelfOrganizingMap(Estimator, ChunkLearner, TrainedMap):
         KeyboardInterrupt
             On Ctrl-C, at once. The trained steps are kept, and `resume` continues from there.
         """
+        options: dict[str, Any] = {
+            "progress": progress,
+            "observer": observer,
+            "checkpoint": checkpoint,
+            "checkpoint_seconds": checkpoint_seconds,
+        }
+        if is_dask_array(points):
+            from neurbs.distributed import fit_map
+
+            return fit_map(self, points, **options)
         points = _core.as_points(points)
-        return self.start(points).resume(
-            points,
-            progress=progress,
-            observer=observer,
-            checkpoint=checkpoint,
-            checkpoint_seconds=checkpoint_seconds,
-        )
+        return self.start(points).resume(points, **options)
 
     def start(self, points: ArrayLike) -> SelfOrganizingMap:
         """Place the nodes for these points, without training.
@@ -275,6 +282,17 @@ class SelfOrganizingMap(Estimator, ChunkLearner, TrainedMap):
 
         The parameters are those of `fit`; the points must be the same.
         """
+        if is_dask_array(points):
+            from neurbs.distributed.map_training import resume_map
+
+            return resume_map(
+                self,
+                points,
+                progress=progress,
+                observer=observer,
+                checkpoint=checkpoint,
+                checkpoint_seconds=checkpoint_seconds,
+            )
         points = _core.as_points(points)
         seconds = None if checkpoint is None else checkpoint_seconds
         ended = False
@@ -347,9 +365,16 @@ class SelfOrganizingMap(Estimator, ChunkLearner, TrainedMap):
         som._map, som._pending, som._stream_state = trained, pending, stream_state
         return som
 
-    def _start(self, points: NDArray[np.float64], *, chunks: bool = False) -> None:
+    def _start(
+        self,
+        points: NDArray[np.float64],
+        *,
+        chunks: bool = False,
+        whole: tuple[list[float], list[float], int] | None = None,
+    ) -> None:
         """Place the nodes for these points and drop any unfinished training."""
-        self._map = _core.Map(points, self._lattice(), self._options(), chunks=chunks)
+        options = self._options()
+        self._map = _core.Map(points, self._lattice(), options, chunks=chunks, whole=whole)
         self._pending = self._stream_state = None
 
     def _lattice(self) -> Lattice:

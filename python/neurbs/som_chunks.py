@@ -31,7 +31,13 @@ class ChunkLearner:
 
     if TYPE_CHECKING:
 
-        def _start(self, points: NDArray[np.float64], *, chunks: bool = False) -> None: ...
+        def _start(
+            self,
+            points: NDArray[np.float64],
+            *,
+            chunks: bool = False,
+            whole: tuple[list[float], list[float], int] | None = None,
+        ) -> None: ...
         def _trained(self) -> _core.Map: ...
 
     def partial_fit(self, points: ArrayLike, y: object = None, *, end_epoch: bool = True) -> Self:

@@ -6,6 +6,7 @@ mod checks;
 mod clean;
 mod components;
 mod convex_hull;
+mod even_sample;
 mod frame;
 mod kd_tree;
 mod neighbor_graph;
@@ -28,6 +29,7 @@ pub use self::components::{Components, components};
 pub(crate) use self::convex_hull::{
     convex_hull, in_axes, is_in_hull, min_area_rectangle, polygon_area,
 };
+pub use self::even_sample::EvenSample;
 pub use self::frame::{Frame, LocalObserver};
 pub use self::kd_tree::{KdTree, Neighbor};
 pub use self::neighbor_graph::{Edge, NeighborGraph};
@@ -36,4 +38,4 @@ pub use self::normalization::Normalization;
 pub use self::plane::Plane;
 pub use self::prepared_cloud::{PrepareOptions, PreparedCloud};
 pub(crate) use self::sampling::items_at;
-pub use self::sampling::{EvenSample, even_sample, random_sample};
+pub use self::sampling::{even_sample, random_sample};

@@ -13,42 +13,16 @@ use crate::progress::InterruptCheck;
 
 const SETTINGS: SampleSettings = SampleSettings::STANDARD;
 
-/// An even sample of a stream of points, in memory for twice as many as it keeps.
-///
-/// Space is divided into voxels, cubes whose sides are a power of two. In each voxel the point with
-/// the lowest hash is kept. When there are too many voxels, their sides double. The sample depends
-/// on the points alone, neither on their order nor on their division into chunks.
-///
-/// ```
-/// use neurbs::{DVec3, cloud::EvenSample};
-/// let points: Vec<DVec3> = (0..90_000_u32)
-///     .map(|i| DVec3::new(f64::from(i % 300), f64::from(i / 300), 0.0))
-///     .collect();
-/// let mut sample = EvenSample::new(1000);
-/// points.chunks(777).for_each(|chunk| sample.extend(chunk));
-/// assert!((250..=1000).contains(&sample.indices().len()));
-/// ```
-#[derive(Clone, Debug)]
-pub struct EvenSample {
-    most: usize,
-    seen: u64,
-    /// Side of a voxel; 0 while all points are kept.
-    side: f64,
-    voxels: Voxels,
-    /// All points, while there are few enough to keep them.
-    first: Vec<Chosen>,
-}
-
 /// A point of a stream with its hash.
 #[derive(Clone, Copy, Debug)]
-struct Chosen {
-    point: DVec3,
-    index: u64,
+pub(super) struct Chosen {
+    pub(super) point: DVec3,
+    pub(super) index: u64,
     hash: u64,
 }
 
 impl Chosen {
-    fn new(point: DVec3, index: u64) -> Self {
+    pub(super) fn new(point: DVec3, index: u64) -> Self {
         Self { point, index, hash: hash(point) }
     }
 
@@ -59,7 +33,7 @@ impl Chosen {
 }
 
 /// The integer coordinates of the voxel with this side that contains a point.
-fn voxel(point: DVec3, side: f64) -> [i64; 3] {
+pub(super) fn voxel(point: DVec3, side: f64) -> [i64; 3] {
     #[expect(clippy::cast_possible_truncation, reason = "sides are chosen for numbers that fit")]
     (point / side).to_array().map(|along| along.floor() as i64)
 }
@@ -79,139 +53,11 @@ fn bits(point: DVec3) -> [u64; 3] {
 type Fixed = BuildHasherDefault<DefaultHasher>;
 
 /// The kept point of each voxel.
-type Voxels = HashMap<[i64; 3], Chosen, Fixed>;
-
-impl EvenSample {
-    /// An empty sample that will keep at most `most` points, but at least one.
-    #[must_use]
-    pub fn new(most: usize) -> Self {
-        Self { most: most.max(1), seen: 0, side: 0.0, voxels: Voxels::default(), first: Vec::new() }
-    }
-
-    /// Adds the next points of the stream.
-    pub fn extend(&mut self, points: &[DVec3]) {
-        // This closure never stops it.
-        let _never = self.extend_interruptible(points, &mut || Ok(()));
-    }
-
-    /// As [`Self::extend`], but `check_interrupt` may stop it. A stopped sample is incomplete.
-    pub(crate) fn extend_interruptible(
-        &mut self,
-        points: &[DVec3],
-        check_interrupt: &mut InterruptCheck<'_>,
-    ) -> Result<()> {
-        for &point in points {
-            self.add_point(Chosen::new(point, self.seen), check_interrupt)?;
-        }
-        Ok(())
-    }
-
-    /// Adds a point, and doubles the voxels while there are too many.
-    fn add_point(
-        &mut self,
-        chosen: Chosen,
-        check_interrupt: &mut InterruptCheck<'_>,
-    ) -> Result<()> {
-        self.seen += 1;
-        if self.side > 0.0 {
-            prefer(&mut self.voxels, self.side, chosen);
-            while self.voxels.len() > self.most {
-                self.side *= 2.0;
-                let chosen = std::mem::take(&mut self.voxels).into_values();
-                self.fill(chosen, check_interrupt)?;
-            }
-        } else {
-            self.first.push(chosen);
-            if self.first.len() > self.most {
-                self.divide(check_interrupt)?;
-            }
-        }
-        Ok(())
-    }
-
-    /// Sorts the first points into the smallest voxels that suffice.
-    fn divide(&mut self, check_interrupt: &mut InterruptCheck<'_>) -> Result<()> {
-        let points: Vec<DVec3> = self.first.iter().map(|chosen| chosen.point).collect();
-        let Some(side) = side(&points, self.most, 1, check_interrupt)? else {
-            // All points are copies of one.
-            self.first.truncate(1);
-            return Ok(());
-        };
-        self.side = side;
-        let first = std::mem::take(&mut self.first).into_iter();
-        self.fill(first, check_interrupt)
-    }
-
-    /// Puts points into empty voxels.
-    fn fill(
-        &mut self,
-        chosen: impl ExactSizeIterator<Item = Chosen>,
-        check_interrupt: &mut InterruptCheck<'_>,
-    ) -> Result<()> {
-        self.voxels.reserve(self.most.min(chosen.len()));
-        for (k, chosen) in chosen.enumerate() {
-            if k % POINTS_PER_REPORT == 0 {
-                check_interrupt()?;
-            }
-            prefer(&mut self.voxels, self.side, chosen);
-        }
-        Ok(())
-    }
-
-    /// The kept points, in the order of the stream.
-    fn chosen(&self) -> Vec<Chosen> {
-        let mut chosen: Vec<Chosen> =
-            self.first.iter().chain(self.voxels.values()).copied().collect();
-        chosen.sort_unstable_by_key(|chosen| chosen.index);
-        chosen
-    }
-
-    /// The kept points, in the order of the stream.
-    #[must_use]
-    pub fn points(&self) -> Vec<DVec3> {
-        self.chosen().iter().map(|chosen| chosen.point).collect()
-    }
-
-    /// Their indices in the stream, ascending.
-    #[must_use]
-    pub fn indices(&self) -> Vec<u64> {
-        self.chosen().iter().map(|chosen| chosen.index).collect()
-    }
-
-    /// The numbers that, with the kept points and their indices, are the whole state: most points
-    /// to keep, points seen, and side of a voxel.
-    #[must_use]
-    pub fn limits(&self) -> (usize, u64, f64) {
-        (self.most, self.seen, self.side)
-    }
-
-    /// A sample that goes on from the state of another.
-    #[must_use]
-    pub fn resumed(
-        (most, seen, side): (usize, u64, f64),
-        points: &[DVec3],
-        indices: &[u64],
-    ) -> Self {
-        let mut sample = Self { seen, side, ..Self::new(most) };
-        let chosen = points.iter().zip(indices).map(|(&point, &index)| Chosen::new(point, index));
-        if side > 0.0 {
-            chosen.for_each(|chosen| prefer(&mut sample.voxels, side, chosen));
-        } else {
-            sample.first = chosen.collect();
-        }
-        sample
-    }
-
-    /// The number of points in the stream so far.
-    #[must_use]
-    pub fn seen(&self) -> u64 {
-        self.seen
-    }
-}
+pub(super) type Voxels = HashMap<[i64; 3], Chosen, Fixed>;
 
 /// The side of the smallest voxels of which at most `most` contain points. `steps` sizes are tried
 /// for each doubling. `None` if all points are copies of one.
-fn side(
+pub(super) fn side(
     points: &[DVec3],
     most: usize,
     steps: i32,
@@ -275,7 +121,7 @@ pub fn random_sample(points: &[DVec3], most: usize) -> Vec<u32> {
 
 /// Indices of an even sample of at most `most` points, ascending.
 ///
-/// Space is divided into voxels as by [`EvenSample`], but in finer steps. On a surface, at least
+/// Space is divided into voxels as by [`EvenSample`](super::EvenSample), but in finer steps. On a surface, at least
 /// seven tenths of `most` points are chosen, if there are as many. The sample does not depend on
 /// the points' order. O(n log n).
 ///
@@ -305,7 +151,7 @@ pub fn even_sample(points: &[DVec3], most: usize) -> Vec<u32> {
 }
 
 /// Keeps the lower one of a voxel's point and another.
-fn prefer(voxels: &mut Voxels, side: f64, chosen: Chosen) {
+pub(super) fn prefer(voxels: &mut Voxels, side: f64, chosen: Chosen) {
     let kept = voxels.entry(voxel(chosen.point, side)).or_insert(chosen);
     if chosen.rank() < kept.rank() {
         *kept = chosen;
@@ -314,65 +160,13 @@ fn prefer(voxels: &mut Voxels, side: f64, chosen: Chosen) {
 
 #[cfg(test)]
 mod tests {
+    use super::super::test_points::spiral;
     use super::*;
     use crate::numeric::index;
 
-    fn cloud() -> Vec<DVec3> {
-        // A spiral that is a hundred times denser in the middle, far from the origin.
-        let place = |i: u32| {
-            let (angle, radius) = (f64::from(i) * 2.4, (f64::from(i) / 40_000.0).powi(3));
-            DVec3::new(5e6 + radius * angle.cos(), radius * angle.sin(), 0.1 * radius)
-        };
-        (0..40_000).map(place).collect()
-    }
-
-    #[test]
-    fn the_sample_does_not_depend_on_chunks_and_order() {
-        let points = cloud();
-        let sample = |points: &[DVec3], chunk: usize| {
-            let mut sample = EvenSample::new(2000);
-            points.chunks(chunk).for_each(|chunk| sample.extend(chunk));
-            sample
-        };
-        let whole = sample(&points, points.len());
-        assert!(whole.points().len() > 500);
-        assert_eq!(whole.points(), sample(&points, 1).points());
-        assert_eq!(whole.indices(), sample(&points, 999).indices());
-        let mut turned: Vec<DVec3> = points.iter().rev().copied().collect();
-        turned = sample(&turned, 100).points();
-        turned.reverse();
-        assert_eq!(whole.points(), turned);
-    }
-
-    #[test]
-    fn voxels_are_as_small_as_the_limit_allows() {
-        for center in [DVec3::ZERO, DVec3::new(700.0, -0.3, 1e3)] {
-            let place = |i: u32| center - 0.5 + f64::from(i) * DVec3::new(0.754_9, 0.569_8, 0.131);
-            let points: Vec<DVec3> =
-                (0..3001).map(|i| center + (place(i) - center).fract()).collect();
-            let mut sample = EvenSample::new(3000);
-            sample.extend(&points);
-            let count = |side: f64| {
-                let places = points.iter().map(|&point| voxel(point, side));
-                places.collect::<HashSet<_>>().len()
-            };
-            assert!(count(sample.side) <= 3000 && count(0.5 * sample.side) > 3000);
-            assert_eq!(count(sample.side), sample.points().len());
-        }
-    }
-
-    #[test]
-    fn dense_regions_get_no_more_points_than_others() {
-        let mut sample = EvenSample::new(2000);
-        sample.extend(&cloud());
-        let inner = sample.points().iter().filter(|p| (p.x - 5e6).hypot(p.y) < 0.5).count();
-        // A quarter of the disc's area, five sixths of the points.
-        assert!(inner * 3 < sample.points().len(), "{inner} of {}", sample.points().len());
-    }
-
     #[test]
     fn even_samples_are_nearly_full_and_the_same_in_any_order() {
-        let points: Vec<DVec3> = cloud().into_iter().step_by(7).collect();
+        let points: Vec<DVec3> = spiral().into_iter().step_by(7).collect();
         let backwards: Vec<DVec3> = points.iter().rev().copied().collect();
         for most in [100, 1000, 4000] {
             let sample = even_sample(&points, most);
@@ -382,15 +176,5 @@ mod tests {
             assert!(there.eq(sample), "{most}");
         }
         assert_eq!(even_sample(&points, points.len()).len(), points.len());
-    }
-
-    #[test]
-    fn few_points_and_copies_are_kept_as_they_are() {
-        let mut sample = EvenSample::new(10);
-        sample.extend(&[DVec3::X, DVec3::X, DVec3::Y]);
-        assert_eq!(sample.points(), [DVec3::X, DVec3::X, DVec3::Y]);
-        sample.extend(&[DVec3::X; 100]);
-        assert_eq!(sample.seen(), 103);
-        assert!(sample.points().contains(&DVec3::Y));
     }
 }

@@ -137,7 +137,7 @@ impl ComponentSettings {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SampleSettings {
     /// Doublings from the smallest voxel to one that contains all points. Unit: doublings. Source:
-    /// closed form: two to this power, cubed, exceeds any number of points.
+    /// rounding: coordinates have 53 bits.
     pub(super) doublings: i32,
     /// Sizes of voxels that an even sample tries for each doubling. On a surface, neighboring sizes
     /// give sample sizes whose ratio is at least 0.7. Unit: sizes. Source: closed form.
@@ -146,7 +146,7 @@ pub(super) struct SampleSettings {
 
 impl SampleSettings {
     /// The values that are used.
-    pub(super) const STANDARD: Self = Self { doublings: 20, sizes_per_doubling: 4 };
+    pub(super) const STANDARD: Self = Self { doublings: 54, sizes_per_doubling: 4 };
 }
 
 /// Local frame: rounding and symmetric clouds.

@@ -31,3 +31,12 @@ pub(super) fn tube(point: DVec3) -> DVec3 {
     let (sin, cos) = (std::f64::consts::TAU * point.x).sin_cos();
     DVec3::new(0.5 * cos, 0.5 * sin, 2.0 * point.y)
 }
+
+/// A spiral that is a hundred times denser in the middle, far from the origin.
+pub(super) fn spiral() -> Vec<DVec3> {
+    let place = |i: u32| {
+        let (angle, radius) = (f64::from(i) * 2.4, (f64::from(i) / 40_000.0).powi(3));
+        DVec3::new(5e6 + radius * angle.cos(), radius * angle.sin(), 0.1 * radius)
+    };
+    (0..40_000).map(place).collect()
+}

@@ -95,15 +95,13 @@ impl AlternatingFit<'_> {
             let lengths = isocurve_lengths(&surface);
             let refined =
                 |share| span_division::refined(&space, &projections, error, lengths, share);
-            let (mut finer, mut share, mut ended_by) =
-                (refined(SETTINGS.divided_error)?, SETTINGS.divided_error, EndedBy::Noise);
             let limit = growth.most.min(max_supported);
-            while finer.as_ref().is_some_and(|finer| finer.unknowns() > limit) {
-                let points_limit = max_supported < growth.most;
-                ended_by = if points_limit { EndedBy::Points } else { EndedBy::MaxControlPoints };
-                share *= SETTINGS.divided_error;
-                finer = if share < SETTINGS.min_divided_error { None } else { refined(share)? };
-            }
+            let (finer, share) = span_division::refined_within(limit, refined)?;
+            let ended_by = match share < SETTINGS.divided_error {
+                true if max_supported < growth.most => EndedBy::Points,
+                true => EndedBy::MaxControlPoints,
+                false => EndedBy::Noise,
+            };
             let Some(finer) = finer else {
                 let smallest = ended_by == EndedBy::Noise;
                 return Ok((surface, if smallest { EndedBy::Points } else { ended_by }));

@@ -30,6 +30,29 @@ pub fn biweights(distances: &[f64]) -> Vec<f64> {
     distances.iter().map(|distance| biweight(*distance, median)).collect()
 }
 
+/// Weights by Tukey's biweight for distances of points in parts. `usual` is the median of all
+/// distances, and `around` has the usual distance around each point. A point within the reach of
+/// the median of all keeps its weight, and so does one of a group that is as far away.
+///
+/// ```
+/// use neurbs::fit::robust_weights;
+/// assert_eq!(robust_weights(&[0.1, 9.0, 9.0], &[0.1, 0.1, 8.0], 0.1)[..2], [1.0, 0.0]);
+/// assert!(robust_weights(&[9.0], &[8.0], 0.1)[0] > 0.9);
+/// ```
+///
+/// # Panics
+///
+/// If the numbers of distances differ.
+#[must_use]
+pub fn robust_weights(distances: &[f64], around: &[f64], usual: f64) -> Vec<f64> {
+    assert_eq!(distances.len(), around.len(), "one usual distance for each point");
+    let near = cutoff_distance(usual);
+    let weight = |(&distance, &around): (&f64, &f64)| {
+        if distance <= near { 1.0 } else { biweight(distance, around.max(usual)) }
+    };
+    distances.iter().zip(around).map(weight).collect()
+}
+
 /// The weight of one distance, for a median of absolute distances.
 pub(crate) fn biweight(distance: f64, median: f64) -> f64 {
     let cutoff = cutoff_distance(median);

@@ -189,6 +189,16 @@ impl LengthSums {
         Self { uu: 1.0, uv: 0.0, vv: 1.0, ru: along_u * along_u, rv: along_v * along_v }
     }
 
+    /// The sums as numbers for [`Self::from_array`].
+    pub(super) fn to_array(&self) -> [f64; 5] {
+        let Self { uu, uv, vv, ru, rv } = *self;
+        [uu, uv, vv, ru, rv]
+    }
+
+    pub(super) fn from_array([uu, uv, vv, ru, rv]: [f64; 5]) -> Self {
+        Self { uu, uv, vv, ru, rv }
+    }
+
     pub(super) fn merge(&mut self, other: &Self) {
         self.uu += other.uu;
         self.uv += other.uv;

@@ -8,7 +8,7 @@ use super::base_domain::{BaseDomain, BasePlane};
 use super::dense_matrix::DenseMatrix;
 use super::fairness_energy::ORDER;
 use super::fit_result::HeightFit;
-use super::least_squares::{Equations, PartialSums, check};
+use super::least_squares::{Equations, PointSums, check};
 use super::options::{FitOptions, HeightOptions};
 use super::patches::Patches;
 use super::plane_trend::PlaneTrend;
@@ -68,7 +68,7 @@ impl<'a> HeightField<'a> {
     /// The normal equations of the heights, with the fairness energy.
     pub(super) fn equations(&self, check_interrupt: &mut InterruptCheck<'_>) -> Result<Equations> {
         let Self { local, uv, weights, options, order, ground, .. } = self;
-        let sums = PartialSums::sum(local, uv, *weights, DVec3::ZERO, options, check_interrupt)?;
+        let sums = PointSums::of(local, uv, *weights, DVec3::ZERO, options, check_interrupt)?;
         Ok(Equations::of(sums.with_lengths(ground.size().into()), *order, 1.0))
     }
 

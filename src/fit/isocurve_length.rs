@@ -9,7 +9,16 @@ use crate::nurbs::{KnotVector, NurbsSurface};
 const SETTINGS: AlternatingFitSettings = AlternatingFitSettings::STANDARD;
 
 /// Mean lengths of the isocurves along u and along v, in the unit of the net.
-pub(crate) fn isocurve_lengths(surface: &NurbsSurface) -> (f64, f64) {
+///
+/// ```
+/// use neurbs::{DVec3, NurbsSurface, fit::isocurve_lengths};
+/// let plane = NurbsSurface::plane(DVec3::ZERO, DVec3::X * 2.0, DVec3::Y * 3.0)?;
+/// let (along_u, along_v) = isocurve_lengths(&plane);
+/// assert!((along_u - 2.0).abs() + (along_v - 3.0).abs() < 1e-12);
+/// # Ok::<(), neurbs::Error>(())
+/// ```
+#[must_use]
+pub fn isocurve_lengths(surface: &NurbsSurface) -> (f64, f64) {
     let count = SETTINGS.length_samples;
     let place = |knots: &KnotVector, i: usize| {
         let (start, end) = knots.domain();

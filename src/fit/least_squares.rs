@@ -1,4 +1,4 @@
-//! Least squares at known parameters, and the sums over points that it needs.
+//! Least squares at known parameters.
 
 use glam::{DVec2, DVec3};
 
@@ -12,12 +12,12 @@ use super::spline_space::SplineSpace;
 use crate::error::{Error, Result};
 use crate::nurbs::NurbsSurface;
 use crate::progress::{self, InterruptCheck, Observer, Stage};
-use crate::worker_pool::{self, install};
+use crate::worker_pool;
 
 const SETTINGS: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 
 /// Order of the derivatives in the thin plate's energy.
-const THIN_PLATE: usize = 2;
+pub(super) const THIN_PLATE: usize = 2;
 
 /// The least-squares surface of points at these parameters. Each squared distance is multiplied by
 /// its weight, 1 without weights. A weight of 0 leaves a point out.
@@ -58,60 +58,27 @@ pub fn fit(
     let center = points.iter().sum::<DVec3>() / points.len() as f64;
     worker_pool::run_observed(points.len(), observer, |observer| {
         let mut check_interrupt = progress::interrupt_check(observer, Stage::Fitting, points.len());
-        let sums = PartialSums::sum(points, uv, weights, center, options, &mut check_interrupt)?;
+        let sums = PointSums::of(points, uv, weights, center, options, &mut check_interrupt)?;
         Equations::of(sums, THIN_PLATE, 1.0).solve(options.fairness, &mut check_interrupt)
     })
 }
 
-/// Sums over points at known parameters, from which [`fit`] solves for the surface.
-///
-/// Sums of chunks merge: points in several files, threads or machines give the same surface as
-/// together, up to rounding. Chunks of fixed sizes that are merged in a fixed order give the same
-/// bits.
-///
-/// ```
-/// use neurbs::{DVec2, DVec3, fit::{FitOptions, PartialSums}};
-/// let uv: Vec<DVec2> = (0..400)
-///     .map(|i| DVec2::new(f64::from(i * 7 % 400) / 399.0, f64::from(i) / 399.0))
-///     .collect();
-/// let points: Vec<DVec3> = uv.iter().map(|at| DVec3::new(at.x, at.y, at.x * at.y)).collect();
-/// let options = FitOptions::new((5, 6), (3, 3), (false, false))?;
-/// let mut sums = PartialSums::of(&points[..150], &uv[..150], None, DVec3::ZERO, &options)?;
-/// sums.merge(&PartialSums::of(&points[150..], &uv[150..], None, DVec3::ZERO, &options)?)?;
-/// let surface = sums.solve(1e-9)?;
-/// assert!(surface.point(0.3, 0.4).distance(DVec3::new(0.3, 0.4, 0.12)) < 1e-6);
-/// # Ok::<(), neurbs::Error>(())
-/// ```
+/// The sums over points at known parameters, as band matrices.
 #[derive(Clone)]
-pub struct PartialSums {
-    space: SplineSpace,
-    origin: DVec3,
-    extent: f64,
-    count: usize,
-    equations: NormalEquations,
-    lengths: LengthSums,
+pub(super) struct PointSums {
+    pub(super) space: SplineSpace,
+    pub(super) origin: DVec3,
+    /// Largest distance of a point from the origin.
+    pub(super) extent: f64,
+    pub(super) count: u64,
+    pub(super) equations: NormalEquations,
+    pub(super) lengths: LengthSums,
 }
 
-impl PartialSums {
-    /// The sums over points at parameters, each with its weight, 1 without weights. Coordinates
-    /// keep most digits relative to an `origin` near the points. Sums that are merged need the same
-    /// origin.
-    ///
-    /// # Errors
-    ///
-    /// Those of [`fit`], except that any number of points is allowed.
-    pub fn of(
-        points: &[DVec3],
-        uv: &[DVec2],
-        weights: Option<&[f64]>,
-        origin: DVec3,
-        options: &FitOptions,
-    ) -> Result<Self> {
-        check(points, uv, weights, options)?;
-        install(|| Self::sum(points, uv, weights, origin, options, &mut || Ok(())))
-    }
-
-    pub(super) fn sum(
+impl PointSums {
+    /// The sums over points, each with its weight, 1 without weights. Coordinates keep most digits
+    /// relative to an `origin` near the points.
+    pub(super) fn of(
         points: &[DVec3],
         uv: &[DVec2],
         weights: Option<&[f64]>,
@@ -119,8 +86,7 @@ impl PartialSums {
         options: &FitOptions,
         check_interrupt: &mut InterruptCheck<'_>,
     ) -> Result<Self> {
-        let knots = [options.knots_u.clone(), options.knots_v.clone()];
-        let space = SplineSpace::new(knots, options.closed.into())?;
+        let space = SplineSpace::of(options)?;
         // The equations, the energy, their sum and its factor, and the inverse.
         space.check_memory(1, 5)?;
         let extent = points.iter().map(|point| point.distance(origin)).fold(0.0, f64::max);
@@ -133,43 +99,18 @@ impl PartialSums {
         }
         let equations = NormalEquations::of_distances(&space, &samples, check_interrupt)?;
         let lengths = LengthSums::of(&space, &samples, check_interrupt)?;
-        Ok(Self { space, origin, extent, count: points.len(), equations, lengths })
+        Ok(Self { space, origin, extent, count: points.len() as u64, equations, lengths })
     }
 
     /// The same sums over a domain of known lengths in space.
     pub(super) fn with_lengths(self, lengths: (f64, f64)) -> Self {
         Self { lengths: LengthSums::known(lengths), ..self }
     }
-
-    /// Adds the sums over other points.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Parameter`] if their knots or origins differ.
-    pub fn merge(&mut self, other: &Self) -> Result<()> {
-        if self.space != other.space || self.origin != other.origin {
-            return Err(Error::parameter("sums", "over the same knots and origin", other.origin));
-        }
-        self.extent = self.extent.max(other.extent);
-        self.count += other.count;
-        self.equations.add_scaled(1.0, &other.equations);
-        self.lengths.merge(&other.lengths);
-        Ok(())
-    }
-
-    /// The surface with the least squared distances, with this weight of the thin-plate energy.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Parameter`] if the points do not determine the net.
-    pub fn solve(&self, fairness: f64) -> Result<NurbsSurface> {
-        install(|| Equations::of(self.clone(), THIN_PLATE, 1.0).solve(fairness, &mut || Ok(())))
-    }
 }
 
 /// Sums over points with an energy, to be solved for any fairness.
 pub(super) struct Equations {
-    sums: PartialSums,
+    sums: PointSums,
     /// Order of the derivatives in the energy.
     order: usize,
     pub(super) energy: BandMatrix,
@@ -178,8 +119,14 @@ pub(super) struct Equations {
 }
 
 impl Equations {
-    pub(super) fn of(sums: PartialSums, order: usize, anisotropy: f64) -> Self {
+    pub(super) fn of(sums: PointSums, order: usize, anisotropy: f64) -> Self {
         let energy = Energy::new(sums.lengths.lengths(), order).with_anisotropy(anisotropy);
+        Self::with_energy(sums, energy)
+    }
+
+    /// The sums with an energy of their domain.
+    pub(super) fn with_energy(sums: PointSums, energy: Energy) -> Self {
+        let order = energy.order;
         let energy = energy.matrix(&sums.space);
         let scale = energy.trace();
         Self { sums, order, energy, scale }
@@ -221,7 +168,7 @@ impl Equations {
         check_interrupt: &mut InterruptCheck<'_>,
     ) -> Result<NurbsSurface> {
         check_interrupt()?;
-        let PartialSums { space, origin, extent, equations, .. } = &self.sums;
+        let PointSums { space, origin, extent, equations, .. } = &self.sums;
         let mut matrix = equations.matrix.clone();
         matrix.add_scaled(self.times(fairness), &self.energy);
         let mut net = equations.right.clone();
@@ -242,7 +189,7 @@ impl Equations {
 
     /// The error for a net that the points do not determine. Where points leave gaps, it says so.
     fn undetermined(&self) -> Error {
-        let PartialSums { space, count, equations, .. } = &self.sums;
+        let PointSums { space, count, equations, .. } = &self.sums;
         let ([rows, cols], matrix) = (space.shape(), &equations.matrix);
         let without = (0..matrix.size()).filter(|&i| matrix.entry(i, i) <= 0.0).count();
         let gaps = match without {

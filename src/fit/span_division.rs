@@ -1,10 +1,11 @@
 //! Knot insertion: the spans with the largest error are divided.
 
+use super::isocurve_length::isocurve_lengths;
 use super::projection::Projection;
 use super::settings::RefinementSettings;
 use super::spline_space::SplineSpace;
-use crate::error::Result;
-use crate::nurbs::KnotVector;
+use crate::error::{Error, Result};
+use crate::nurbs::{KnotVector, NurbsSurface};
 
 const SETTINGS: RefinementSettings = RefinementSettings::STANDARD;
 
@@ -21,6 +22,25 @@ pub(super) fn refined(
     lengths: (f64, f64),
     share: f64,
 ) -> Result<Option<SplineSpace>> {
+    let errors = [0, 1].map(|d| {
+        let breaks = space.knots[d].breaks();
+        let mut errors = vec![0.0; breaks.len() - 1];
+        for projection in projections {
+            let at = breaks[1..breaks.len() - 1].partition_point(|&knot| knot <= projection.uv[d]);
+            errors[at] += error(projection);
+        }
+        errors
+    });
+    with_divided_spans(space, &errors, lengths, share)
+}
+
+/// The space with those spans divided that together have this share of these errors of spans.
+fn with_divided_spans(
+    space: &SplineSpace,
+    errors: &[Vec<f64>; 2],
+    lengths: (f64, f64),
+    share: f64,
+) -> Result<Option<SplineSpace>> {
     let lengths = [lengths.0, lengths.1];
     let mean = [0, 1].map(|d| lengths[d] / space.knots[d].spans() as f64);
     let mut knots = space.knots.clone();
@@ -28,15 +48,62 @@ pub(super) fn refined(
         if mean[d] * SETTINGS.max_aspect < mean[1 - d] {
             continue;
         }
-        let breaks = knots[d].breaks();
-        let mut errors = vec![0.0; breaks.len() - 1];
-        for projection in projections {
-            let at = breaks[1..breaks.len() - 1].partition_point(|&knot| knot <= projection.uv[d]);
-            errors[at] += error(projection);
-        }
-        knots[d] = with_breaks(&knots[d], space.closed[d], &divided(&breaks, &errors, share))?;
+        let breaks = divided(&knots[d].breaks(), &errors[d], share);
+        knots[d] = with_breaks(&knots[d], space.closed[d], &breaks)?;
     }
     if knots == space.knots { Ok(None) } else { SplineSpace::new(knots, space.closed).map(Some) }
+}
+
+/// The refinement of a space that divides spans with the largest share of the error that keeps
+/// within a number of unknowns, and that share. `None` if no span can be divided.
+pub(super) fn refined_within(
+    limit: usize,
+    refined: impl Fn(f64) -> Result<Option<SplineSpace>>,
+) -> Result<(Option<SplineSpace>, f64)> {
+    let mut share = SETTINGS.divided_error;
+    let mut finer = refined(share)?;
+    while finer.as_ref().is_some_and(|finer| finer.unknowns() > limit) {
+        share *= SETTINGS.divided_error;
+        finer = if share < SETTINGS.min_divided_error { None } else { refined(share)? };
+    }
+    Ok((finer, share))
+}
+
+/// Finer knots for a surface whose spans in u and v have these sums of squared errors, for at most
+/// so many control points. `None` if no span can be divided.
+///
+/// ```
+/// use neurbs::{DVec3, NurbsSurface, fit::refined_knots};
+/// let plane = NurbsSurface::plane(DVec3::ZERO, DVec3::X, DVec3::Y)?;
+/// let errors = [vec![1.0], vec![0.0]];
+/// let (u, v) = refined_knots(&plane, (false, false), &errors, 100)?.unwrap();
+/// assert_eq!((u.breaks(), v.breaks()), (vec![0.0, 0.5, 1.0], vec![0.0, 1.0]));
+/// # Ok::<(), neurbs::Error>(())
+/// ```
+///
+/// # Errors
+///
+/// [`Error::Parameter`] if there is not one error for each span, or knots are not periodic in a
+/// closed direction.
+pub fn refined_knots(
+    surface: &NurbsSurface,
+    closed: (bool, bool),
+    errors: &[Vec<f64>; 2],
+    most: usize,
+) -> Result<Option<(KnotVector, KnotVector)>> {
+    let knots = [surface.knots_u().clone(), surface.knots_v().clone()];
+    for (knots, errors) in knots.iter().zip(errors) {
+        let spans = knots.breaks().len() - 1;
+        if errors.len() != spans || !errors.iter().all(|error| *error >= 0.0) {
+            let must = format!("{spans} numbers from 0, one for each span");
+            return Err(Error::parameter("errors", must, errors.len()));
+        }
+    }
+    let space = SplineSpace::new(knots, closed.into())?;
+    let lengths = isocurve_lengths(surface);
+    let refined = |share| with_divided_spans(&space, errors, lengths, share);
+    let (finer, _) = refined_within(most, refined)?;
+    Ok(finer.map(|finer| finer.knots.into()))
 }
 
 /// The breaks, and the midpoints of the worst spans that together have this share of the error.

@@ -1,6 +1,7 @@
 //! Spline space: the unknown control points of a net, and the order in which they are solved for.
 
 use super::band_matrix::BandMatrix;
+use super::options::FitOptions;
 use crate::error::{Error, Result};
 use crate::memory;
 use crate::nurbs::{KnotVector, NurbsSurface};
@@ -33,6 +34,15 @@ impl SplineSpace {
         let width = |outer| Self { outer, ..space.clone() }.width();
         space.outer = usize::from(width(1) < width(0));
         Ok(space)
+    }
+
+    /// The space of a fit.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::new`].
+    pub(super) fn of(options: &FitOptions) -> Result<Self> {
+        Self::new([options.knots_u.clone(), options.knots_v.clone()], options.closed.into())
     }
 
     /// Rows and columns of unknown control points.
@@ -103,6 +113,37 @@ impl SplineSpace {
             false => turn,
         };
         turn * shape[inner] + at[inner]
+    }
+
+    /// Pairs of unknowns, in the order of solution, that a point may touch together. Each pair comes
+    /// once, in a fixed order.
+    pub(super) fn each_pair(&self, mut call: impl FnMut([usize; 2])) {
+        let [rows, cols] = self.shape();
+        let by_col: Vec<Vec<usize>> = (0..cols).map(|col| self.reached(1, col)).collect();
+        for row in 0..rows {
+            let by_row = self.reached(0, row);
+            for (col, others) in by_col.iter().enumerate() {
+                for &other_row in &by_row {
+                    for &other_col in others {
+                        if other_row * cols + other_col >= row * cols + col {
+                            call([self.place(row, col), self.place(other_row, other_col)]);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// The rows (direction 0) or columns (1) whose functions overlap those of one.
+    fn reached(&self, direction: usize, index: usize) -> Vec<usize> {
+        let (count, degree) = (self.shape()[direction], self.knots[direction].degree());
+        if !self.closed[direction] {
+            return (index.saturating_sub(degree)..count.min(index + degree + 1)).collect();
+        }
+        if 2 * degree + 1 >= count {
+            return (0..count).collect();
+        }
+        (index + count - degree..=index + count + degree).map(|other| other % count).collect()
     }
 
     /// The places of all control points of the net, including repeated ones, row by row.

@@ -38,3 +38,4 @@ pub use self::recover_net::recover_net;
 pub use self::report::{Deviations, PERCENTILES, Report, TrainingReport, TrimReport};
 pub use self::score::Score;
 pub use self::settings::{RankingSettings, ScoreSettings, SearchSettings};
+pub use self::trimmed::Trimmed;

@@ -17,11 +17,14 @@ use crate::trim::{Trim, TrimOptions, trim};
 const SETTINGS: TrimmedSettings = TrimmedSettings::STANDARD;
 
 /// A surface with its faces.
-pub(super) struct Trimmed {
-    pub(super) shell: Shell,
-    /// `None` if no trimming was asked for.
-    pub(super) report: Option<TrimReport>,
-    pub(super) diagnostics: Vec<Diagnostic>,
+#[derive(Clone, Debug)]
+pub struct Trimmed {
+    /// The faces.
+    pub shell: Shell,
+    /// Their figures; `None` if no trimming was asked for.
+    pub report: Option<TrimReport>,
+    /// Why the surface is whole, or what is doubtful.
+    pub diagnostics: Vec<Diagnostic>,
 }
 
 impl Trimmed {
@@ -29,7 +32,11 @@ impl Trimmed {
     /// whole, with a diagnostic.
     ///
     /// Distances between points count in coordinates divided by `axis_scale`, as in the fit.
-    pub(super) fn of(
+    ///
+    /// # Errors
+    ///
+    /// If the observer interrupts, or the area of the surface cannot be measured.
+    pub fn of(
         surface: &NurbsSurface,
         axis_scale: DVec3,
         uv: &[DVec2],

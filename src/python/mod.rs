@@ -29,6 +29,7 @@ mod export;
 mod face;
 mod face_measures;
 mod face_points;
+mod fit_rounds;
 mod height_fit;
 mod heights;
 mod kind;
@@ -36,6 +37,7 @@ mod knots;
 mod lattice;
 mod measure;
 mod mesh;
+mod partial_sums;
 mod pickling;
 mod plot;
 mod preparation;
@@ -87,11 +89,15 @@ mod _core {
     #[pymodule_export]
     use super::face_points::FacePoints;
     #[pymodule_export]
+    use super::fit_rounds::{isocurve_lengths, refined_knots, robust_weights};
+    #[pymodule_export]
     use super::height_fit::{HeightFit, fit_heights, fit_weights};
     #[pymodule_export]
     use super::lattice::{Lattice, lattice_for_points};
     #[pymodule_export]
     use super::mesh::TriangleMesh;
+    #[pymodule_export]
+    use super::partial_sums::PartialSums;
     #[pymodule_export]
     use super::preparation::{
         Cleaning, Components, EvenSample, clean, cloud_distances, components,
@@ -105,7 +111,7 @@ mod _core {
     #[pymodule_export]
     use super::shell::{Edge, Shell};
     #[pymodule_export]
-    use super::som::Map;
+    use super::som::{Map, start_indices};
     #[pymodule_export]
     use super::som_options::som_options;
     #[pymodule_export]
@@ -115,7 +121,7 @@ mod _core {
     #[pymodule_export]
     use super::threads::{num_threads, set_num_threads};
     #[pymodule_export]
-    use super::trim::trim;
+    use super::trim::{trim, trimmed};
     use pyo3::prelude::*;
 
     #[pymodule_init]

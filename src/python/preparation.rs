@@ -5,8 +5,8 @@ use std::sync::{Mutex, PoisonError};
 use glam::DVec3;
 use numpy::ndarray::{Ix1, IxDyn};
 use numpy::{PyArray1, PyArrayDyn, PyUntypedArrayMethods};
-use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
+use pyo3::types::PyBytes;
 
 use super::arrays::{self, Numbers};
 use super::pickling::{Reduced, read_only, reduced};
@@ -249,7 +249,8 @@ pub(super) fn cloud_distances<'py>(
 /// An even spatial subsample of a stream of points of any length.
 ///
 /// Space is divided into cubes; the point with the lowest hash in each cube is kept. The result
-/// does not depend on the order of the points or their division into chunks.
+/// does not depend on the order of the points or their division into chunks. Samples of the parts of
+/// a stream merge to that of the stream.
 ///
 /// Parameters
 /// ----------
@@ -295,27 +296,43 @@ impl EvenSample {
         })
     }
 
-    /// Go on from the state of another sample, for pickles and copies.
-    #[staticmethod]
-    #[pyo3(name = "_of_state")]
-    fn of_state(
-        limits: (usize, u64, f64),
-        points: &Bound<'_, PyAny>,
-        indices: Vec<u64>,
-    ) -> PyResult<Self> {
-        let points = Numbers::points(points, "points")?;
-        let sample = cloud::EvenSample::resumed(limits, points.as_slice()?, &indices);
-        Ok(Self(Mutex::new(sample)))
+    /// Add the sample of the points that follow in the stream.
+    ///
+    /// Parameters
+    /// ----------
+    /// next : EvenSample
+    ///     A sample that keeps as many points. It stays as it is.
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If it keeps another number of points.
+    fn merge(&self, py: Python<'_>, next: &Self) -> PyResult<()> {
+        call::run(py, None, |_| {
+            let next = next.0.lock().unwrap_or_else(PoisonError::into_inner).clone();
+            self.0.lock().unwrap_or_else(PoisonError::into_inner).merge(&next)
+        })
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let py = slf.py();
-        // One state, whatever other threads add.
-        let sample = slf.get().0.lock().unwrap_or_else(PoisonError::into_inner).clone();
-        let points = sample.points();
-        let points = vectors(py, &[points.len()], &points)?;
-        let state = (sample.limits(), points, sample.indices());
-        (slf.get_type().getattr("_of_state")?, state).into_bound_py_any(py)
+    /// Number of points in the stream so far.
+    #[getter]
+    fn seen(&self) -> u64 {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).seen()
+    }
+
+    fn to_bytes<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
+        PyBytes::new(py, &self.0.lock().unwrap_or_else(PoisonError::into_inner).to_bytes())
+    }
+
+    #[staticmethod]
+    fn from_bytes(state: &[u8]) -> PyResult<Self> {
+        Ok(Self(Mutex::new(cloud::EvenSample::from_bytes(state)?)))
+    }
+
+    fn __reduce__<'py>(
+        slf: &Bound<'py, Self>,
+    ) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {
+        Ok((slf.get_type().getattr("from_bytes")?, (slf.get().to_bytes(slf.py()),)))
     }
 
     fn __repr__(&self) -> String {

@@ -189,7 +189,7 @@ fn axis_scale(scale: &Bound<'_, PyAny>) -> PyResult<DVec3> {
 }
 
 /// Whether faces are trimmed: "auto", "outer", or a truth value.
-fn trimming(value: &Bound<'_, PyAny>) -> PyResult<Trimming> {
+pub(super) fn trimming(value: &Bound<'_, PyAny>) -> PyResult<Trimming> {
     let named = [Trimming::Auto, Trimming::Outer];
     if let Ok(name) = value.cast::<PyString>()
         && let Some(found) = named.into_iter().find(|one| name == one.name())
@@ -204,7 +204,10 @@ fn trimming(value: &Bound<'_, PyAny>) -> PyResult<Trimming> {
 }
 
 /// The keyword arguments of `neurbs.TrimReport`.
-fn trim_report<'py>(py: Python<'py>, report: &TrimReport) -> PyResult<Bound<'py, PyDict>> {
+pub(super) fn trim_report<'py>(
+    py: Python<'py>,
+    report: &TrimReport,
+) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
     dict.set_item("area", report.area)?;
     dict.set_item("surface_area", report.surface_area)?;

@@ -5,8 +5,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use glam::{DVec2, DVec3};
-use numpy::IntoPyArray;
 use numpy::ndarray::IxDyn;
+use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
@@ -17,6 +17,7 @@ use super::call::{self, Callbacks, Watcher};
 use super::epoch::codebook;
 use super::lattice::Lattice;
 use super::som_options;
+use crate::cloud::Bounds;
 use crate::error::{Error, Result};
 use crate::progress::{Epoch as CoreEpoch, Observer, Progress};
 use crate::som::{SelfOrganizingMap, StoppedBy};
@@ -75,21 +76,30 @@ impl Map {
 
 #[pymethods]
 impl Map {
-    /// Create an untrained map. With `chunks`, the points are the first of several chunks.
+    /// Create an untrained map. With `chunks`, the points are the first of several chunks. With
+    /// `whole`, they are those at the start indices of a cloud, of which `whole` has the lowest and
+    /// the highest coordinates and the number of points.
     #[new]
-    #[pyo3(signature = (points, lattice, options, *, chunks = false))]
+    #[pyo3(signature = (points, lattice, options, *, chunks = false, whole = None))]
     fn new(
         points: &Bound<'_, PyAny>,
         lattice: &Lattice,
         options: &Bound<'_, PyDict>,
         chunks: bool,
+        whole: Option<([f64; 3], [f64; 3], u64)>,
     ) -> PyResult<Self> {
         let options = som_options::options(options)?;
         let numbers = Numbers::points(points, "points")?;
         let slice: &[DVec3] = numbers.as_slice()?;
         let lattice = lattice.0.clone();
-        let start = if chunks { SelfOrganizingMap::for_chunks } else { SelfOrganizingMap::new };
-        let start = |watcher: &mut Watcher| start(slice, lattice, &options, watcher);
+        let start = |watcher: &mut Watcher| match whole {
+            Some((min, max, count)) => {
+                let bounds = Bounds { min: min.into(), max: max.into() };
+                SelfOrganizingMap::for_parts(&bounds, slice, count, lattice, &options, watcher)
+            }
+            None if chunks => SelfOrganizingMap::for_chunks(slice, lattice, &options, watcher),
+            None => SelfOrganizingMap::new(slice, lattice, &options, watcher),
+        };
         call::run(points.py(), None, start).map(Self::of_core)
     }
 
@@ -139,6 +149,18 @@ impl Map {
     /// End an epoch of batch training.
     fn learn(&self, py: Python<'_>, sums: &BatchSums) -> PyResult<()> {
         self.update(py, Callbacks::default(), |map, watcher| map.learn(&sums.0, watcher))
+    }
+
+    /// End an epoch of a training on a whole cloud; return whether the training has ended.
+    #[pyo3(signature = (sums, *, observer = None))]
+    fn train_epoch(
+        &self,
+        py: Python<'_>,
+        sums: &BatchSums,
+        observer: Option<Py<PyAny>>,
+    ) -> PyResult<bool> {
+        let callbacks = Callbacks { progress: None, observer };
+        self.update(py, callbacks, |map, watcher| map.train_epoch(&sums.0, watcher))
     }
 
     /// Learn a distribution; `sampler(count)` returns `count` points.
@@ -311,6 +333,13 @@ impl Map {
     ) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {
         Ok((slf.get_type().getattr("from_bytes")?, (slf.get().to_bytes(slf.py())?,)))
     }
+}
+
+/// Indices of the points, of `count` in all, that a map starts from.
+#[pyfunction]
+pub(super) fn start_indices(py: Python<'_>, count: u64) -> Bound<'_, PyArray1<i64>> {
+    let indices = SelfOrganizingMap::start_indices(count).into_iter();
+    indices.map(u64::cast_signed).collect::<Vec<i64>>().into_pyarray(py)
 }
 
 /// An observer that ends the job after an epoch when the time is over.

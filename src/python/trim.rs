@@ -1,17 +1,20 @@
-//! The function `neurbs.trim`.
+//! The function `neurbs.trim`, and the faces of a reconstruction.
 
 use std::sync::Arc;
 
 use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
 
 use super::arguments::{optional_real, truth};
 use super::arrays::Numbers;
 use super::errors::bad_argument;
+use super::reconstruct::{trim_report, trimming};
 use super::shell::Shell;
 use super::surface::NurbsSurface;
 use super::{call, diagnostics};
-use crate::brep;
+use crate::pipeline::Trimmed;
 use crate::trim as loops;
+use crate::{brep, nurbs};
 
 /// Trim a surface where points on it end: loops around the regions with points and around holes.
 ///
@@ -74,10 +77,7 @@ pub(super) fn trim(
     border: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Shell> {
     let py = uv.py();
-    let Ok(surface) = surface.cast::<NurbsSurface>() else {
-        return Err(bad_argument("surface", "a NurbsSurface", surface));
-    };
-    let surface = Arc::new(surface.get().core().clone());
+    let surface = Arc::new(core_of(surface)?);
     let numbers = Numbers::parameters(uv)?;
     let uv: &[glam::DVec2] = numbers.as_slice()?;
     let holes = holes.map_or(Ok(true), |value| truth("holes", value))?;
@@ -85,4 +85,30 @@ pub(super) fn trim(
     let found = call::run(py, None, |watcher| loops::trim(&surface, uv, &options, watcher))?;
     diagnostics::warn(py, found.diagnostic().as_slice())?;
     Ok(brep::Shell::new(found.faces, None)?.into())
+}
+
+/// Trim a surface as a reconstruction does, whose fit divided coordinates by a scale: the shell, the
+/// arguments of its `TrimReport`, findings.
+#[pyfunction]
+pub(super) fn trimmed<'py>(
+    surface: &Bound<'py, PyAny>,
+    uv: &Bound<'py, PyAny>,
+    trim: &Bound<'py, PyAny>,
+    scale: (f64, f64, f64),
+) -> PyResult<(Shell, Option<Bound<'py, PyDict>>, Bound<'py, PyTuple>)> {
+    let py = uv.py();
+    let (surface, trimming) = (core_of(surface)?, trimming(trim)?);
+    let numbers = Numbers::parameters(uv)?;
+    let uv: &[glam::DVec2] = numbers.as_slice()?;
+    let found =
+        call::run(py, None, |watcher| Trimmed::of(&surface, scale.into(), uv, trimming, watcher))?;
+    let report = found.report.as_ref().map(|report| trim_report(py, report)).transpose()?;
+    Ok((found.shell.into(), report, diagnostics::findings(py, &found.diagnostics)?))
+}
+
+fn core_of(surface: &Bound<'_, PyAny>) -> PyResult<nurbs::NurbsSurface> {
+    match surface.cast::<NurbsSurface>() {
+        Ok(surface) => Ok(surface.get().core().clone()),
+        Err(_) => Err(bad_argument("surface", "a NurbsSurface", surface)),
+    }
 }

@@ -21,19 +21,28 @@ pub(super) fn train(
     let ordered = order(map, points, bounds, observer)?;
     while map.stopped_by == StoppedBy::Unfinished {
         let sums = accumulate(map, &ordered, observer)?;
-        if sums.reached == points.len() as u64 {
-            map.record_epoch(&sums);
-            map.stopped_by = StoppedBy::Reached;
-            break;
-        }
-        let shown = end_epoch(map, &sums, observer)?;
-        if map.settled() {
-            map.stopped_by = StoppedBy::Settled;
-        }
-        map.stop_at_last_step();
-        shown?;
+        train_epoch(map, &sums, observer)?;
     }
     map.report(observer)
+}
+
+/// Ends an epoch with the sums over all points, and the training if a stop criterion is met.
+pub(super) fn train_epoch(
+    map: &mut SelfOrganizingMap,
+    sums: &BatchSums,
+    observer: &mut dyn Observer,
+) -> Result<()> {
+    if sums.reached == sums.points() {
+        map.record_epoch(sums);
+        map.stopped_by = StoppedBy::Reached;
+        return Ok(());
+    }
+    let shown = end_epoch(map, sums, observer)?;
+    if map.settled() {
+        map.stopped_by = StoppedBy::Settled;
+    }
+    map.stop_at_last_step();
+    shown
 }
 
 /// Sorts points within `bounds` into an order that all epochs share.

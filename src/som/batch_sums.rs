@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use super::bytes::{Reader, Writer};
 use super::frame::Frame;
+use crate::bytes::{Reader, Writer};
 use crate::error::{Error, Result};
 
 /// For each node, the number of points nearest to it and the sum of their positions.

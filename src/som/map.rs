@@ -8,6 +8,7 @@ use super::lattice::Lattice;
 use super::online_state::OnlineState;
 use super::options::{Plan, SomOptions, Training};
 use super::random::Random;
+use super::sampling::{START_POINTS, start_indices};
 use super::stop_criterion::StoppedBy;
 use crate::cloud::{self, Bounds};
 use crate::error::Result;
@@ -83,7 +84,25 @@ impl SelfOrganizingMap {
         observer: &mut dyn Observer,
     ) -> Result<Self> {
         let bounds = cloud::checked_bounds(points, observer)?;
-        Self::within(&bounds, points, points.len() as u64, lattice, options, observer)
+        Self::over(&bounds, points, lattice, options, observer)
+    }
+
+    /// An untrained map for checked points within `bounds`. Of many points, a sample determines the
+    /// initial positions.
+    pub(super) fn over(
+        bounds: &Bounds,
+        points: &[DVec3],
+        lattice: Lattice,
+        options: &SomOptions,
+        observer: &mut dyn Observer,
+    ) -> Result<Self> {
+        let count = points.len() as u64;
+        if points.len() <= START_POINTS {
+            return Self::within(bounds, points, count, lattice, options, observer);
+        }
+        let chosen = start_indices(count).into_iter().filter_map(|i| usize::try_from(i).ok());
+        let sample: Vec<DVec3> = chosen.map(|index| points[index]).collect();
+        Self::within(bounds, &sample, count, lattice, options, observer)
     }
 
     /// An untrained map for points within `bounds`. The initial positions are computed from

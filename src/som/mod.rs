@@ -31,9 +31,9 @@
 
 mod batch;
 mod batch_sums;
-mod bytes;
 mod eigen;
 mod frame;
+mod frame_bytes;
 mod gaussian;
 mod gaussian_sums;
 mod geodesic;
@@ -51,6 +51,7 @@ mod online_state;
 mod options;
 mod ordered_start;
 mod parametrize;
+mod parts;
 mod presentation_order;
 mod quality;
 mod random;

@@ -1,6 +1,5 @@
 //! Exact serialization of a map and its training state to bytes and back.
 
-use super::bytes::{Reader, Writer};
 use super::lattice::Lattice;
 use super::map::SelfOrganizingMap;
 use super::online_state::OnlineState;
@@ -10,6 +9,7 @@ use super::random::Random;
 use super::schedule::Schedule;
 use super::stop_criterion::StoppedBy;
 use super::topology::{Cells, Topology};
+use crate::bytes::{Reader, Writer};
 use crate::error::{Error, Result};
 
 /// The first bytes: the kind of data and the version of the layout.

@@ -46,8 +46,7 @@ impl SelfOrganizingMap {
         options: &SomOptions,
         observer: &mut dyn Observer,
     ) -> Result<Self> {
-        let count = points.len() as u64;
-        let mut map = Self::within(bounds, points, count, lattice, options, observer)?;
+        let mut map = Self::over(bounds, points, lattice, options, observer)?;
         map.train_within(bounds, points, observer)?;
         Ok(map)
     }

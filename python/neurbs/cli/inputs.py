@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 import neurbs
 from neurbs import NurbsSurface, PointCloud, Shell, io
 from neurbs.cli.completion import of_words
-from neurbs.cli.options import FILES
+from neurbs.cli.options import FILES, values
 from neurbs.io.obj import is_free_form
 from neurbs.io.packed import name_of
 from neurbs.io.point_readers import warn_dropped
@@ -56,6 +56,34 @@ Nan: TypeAlias = Annotated[
         rich_help_panel=FILES,
     ),
 ]
+Bounds: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--bounds",
+        metavar="XMIN,YMIN,XMAX,YMAX",
+        help="The lowest and the highest coordinates of the points to read, of x and y or of x, y "
+        "and z (default: all points)",
+        rich_help_panel=FILES,
+    ),
+]
+Cell: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--cell",
+        metavar="SIZE",
+        help="Side of the cubes of which each keeps its first point (default: all points)",
+        rich_help_panel=FILES,
+    ),
+]
+LasClasses: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--las-classes",
+        metavar="N,N",
+        help="Classes of the points to read from .las and .laz: 2 is ground (default: all)",
+        rich_help_panel=FILES,
+    ),
+]
 
 
 def check_points(context: typer.Context, path: Path) -> None:
@@ -72,16 +100,14 @@ def read_points(
     path: Path, columns: str | None, nan: str | None, unit: str | None = None
 ) -> NDArray[np.float64]:
     """Read the coordinates of a file."""
-    points: NDArray[np.float64] = neurbs.read_points(path, unit=unit, **_given(columns, nan))
+    points: NDArray[np.float64] = neurbs.read_points(path, **reading_options(columns, nan, unit))
     return points
 
 
-def read_point_cloud(
-    path: Path, columns: str | None, nan: str | None, unit: str | None = None
-) -> PointCloud:
+def read_point_cloud(path: Path, reading: dict[str, Any]) -> PointCloud:
     """Read the points of a file with their attributes, and warn of dropped points."""
-    cloud = neurbs.read_point_cloud(path, unit=unit, **_given(columns, nan))
-    if nan == "drop":
+    cloud = neurbs.read_point_cloud(path, **reading)
+    if reading.get("nan") == "drop":
         warn_dropped(name_of(path), cloud.dropped - cloud.no_data, len(cloud))
     return cloud
 
@@ -110,7 +136,7 @@ def load(
     """Read a shell or points."""
     if has_faces(path):
         return neurbs.load_shell(path, unit=unit)
-    return read_point_cloud(path, columns, nan, unit)
+    return read_point_cloud(path, reading_options(columns, nan, unit))
 
 
 def in_unit(thing: Shell | PointCloud, unit: str) -> Shell | PointCloud:
@@ -124,13 +150,21 @@ def only_surface(shell: Shell) -> NurbsSurface | None:
     return None if others or face.is_trimmed or face.is_reversed else face.surface
 
 
-def _given(columns: str | None, nan: str | None) -> dict[str, Any]:
+def reading_options(
+    columns: str | None,
+    nan: str | None,
+    unit: str | None,
+    *,
+    bounds: str | None = None,
+    cell: str | None = None,
+    las_classes: str | None = None,
+) -> dict[str, Any]:
     """Return the given options as arguments of `neurbs.read_points`."""
-    given: dict[str, Any] = {}
+    given = values({"nan": nan, "unit": unit, "bounds": bounds, "cell": cell})
     if columns is not None:
         given["columns"] = [_column(name) for name in columns.split(",")]
-    if nan is not None:
-        given["nan"] = nan
+    if las_classes is not None:
+        given["las_classes"] = [_column(number) for number in las_classes.split(",")]
     return given
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Any
+from typing import Annotated, Any, TypeAlias
 
 import typer
 
@@ -11,7 +11,7 @@ import neurbs
 from neurbs.cli import reconstruct_files
 from neurbs.cli.command import command
 from neurbs.cli.config import Config
-from neurbs.cli.inputs import Columns, Nan
+from neurbs.cli.inputs import Bounds, Cell, Columns, LasClasses, Nan, reading_options
 from neurbs.cli.options import REACH, SEED, AsJson, Option, Quiet, Unit, options_of, values
 from neurbs.cli.reconstruct_files import Files, Output, Strict, Suffix
 
@@ -130,10 +130,30 @@ PAPER_OPTIONS = (
 """Options of `neurbs.reconstruct_paper`."""
 
 
+Distributed: TypeAlias = Annotated[
+    bool,
+    typer.Option(
+        "--distributed",
+        metavar="",
+        help="Fit one surface to the points of all files on the workers of Dask, by default one "
+        "for each processor of this machine",
+    ),
+]
+Scheduler: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="Address of the scheduler of Dask for --distributed, such as tcp://10.0.0.1:8786",
+    ),
+]
+
+
 @command(
     "Fit a surface to points and write it to files.",
     "neurbs reconstruct scan.xyz -o scan.step -o scan.html --grid 30",
     "neurbs reconstruct scans/*.ply -o surfaces/",
+    "neurbs reconstruct tiles/*.laz --distributed -o terrain.step",
 )
 @options_of(neurbs.reconstruct, RECONSTRUCT_OPTIONS, "Surface")
 def reconstruct(
@@ -145,13 +165,38 @@ def reconstruct(
     columns: Columns = None,
     nan: Nan = None,
     unit: Unit = None,
+    bounds: Bounds = None,
+    cell: Cell = None,
+    las_classes: LasClasses = None,
     strict: Strict = False,
+    distributed: Distributed = False,
+    scheduler: Scheduler = None,
     config: Config = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
     **options: Any,
 ) -> int:
     """Run `neurbs.reconstruct` on files and return the exit code."""
+    reading = reading_options(columns, nan, unit, bounds=bounds, cell=cell, las_classes=las_classes)
+    if distributed:
+        from neurbs.cli import reconstruct_distributed
+
+        return reconstruct_distributed.run(
+            context,
+            points,
+            output,
+            values(options),
+            scheduler=scheduler,
+            suffix=suffix,
+            reading=reading,
+            strict=strict,
+            as_json=as_json,
+            quiet=quiet,
+        )
+    if scheduler is not None:
+        raise typer.BadParameter(
+            "must come with --distributed", ctx=context, param_hint="'--scheduler'"
+        )
     return reconstruct_files.run(
         context,
         neurbs.reconstruct,
@@ -159,9 +204,7 @@ def reconstruct(
         output,
         values(options),
         suffix=suffix,
-        columns=columns,
-        nan=nan,
-        unit=unit,
+        reading=reading,
         strict=strict,
         as_json=as_json,
         quiet=quiet,
@@ -196,9 +239,7 @@ def reconstruct_paper(
         output,
         values(options),
         suffix=suffix,
-        columns=columns,
-        nan=nan,
-        unit=unit,
+        reading=reading_options(columns, nan, unit),
         strict=strict,
         as_json=as_json,
         quiet=quiet,

@@ -14,7 +14,7 @@ from typing import Annotated, Any, TypeAlias
 import typer
 
 import neurbs
-from neurbs import Reconstruction, io
+from neurbs import Reconstruction, Report, io
 from neurbs.cli.command import FAILED, NOT_MET, print_json, print_table, repeated
 from neurbs.cli.completion import of_suffixes, of_words
 from neurbs.cli.inputs import check_points, read_point_cloud
@@ -77,9 +77,7 @@ def run(
     given: dict[str, Any],
     *,
     suffix: list[str] | None,
-    columns: str | None,
-    nan: str | None,
-    unit: str | None,
+    reading: dict[str, Any],
     strict: bool,
     as_json: bool,
     quiet: bool,
@@ -91,9 +89,9 @@ def run(
     int
         The exit code.
     """
-    files = [file for path in points for file in _expanded(path)]
-    batch = len(files) > 1 or any(map(_is_folder, output))
-    check_unit(unit)
+    files = [file for path in points for file in expanded(path)]
+    batch = len(files) > 1 or any(map(is_folder, output))
+    check_unit(reading.get("unit"))
     jobs = _jobs(context, files, output, suffix, batch=batch)
     written = [target for targets in jobs.values() for target in targets]
     sources = [file for file, targets in jobs.items() for _ in targets] if batch else []
@@ -103,12 +101,12 @@ def run(
     met = True
     for file, targets in jobs.items():
         try:
-            cloud = read_point_cloud(file, columns, nan, unit)
+            cloud = read_point_cloud(file, reading)
             with progress_bar(not quiet, printable(file.name) if batch else "") as progress:
                 found = function(cloud, progress=progress, **given)
             results = _numbered(found, targets)
             for result, written in results:
-                _write(result, written, file, repeated(context))
+                write(result, written, file, repeated(context))
         except (neurbs.NeurbsError, OSError, MemoryError) as error:
             wrong_option = isinstance(error, neurbs.NeurbsError) and option_argument(context, error)
             if wrong_option or not batch:
@@ -125,7 +123,7 @@ def run(
             document = {"input": str(file), "unit": result.unit, "report": report.to_dict()}
             documents.append({**document, "files": names})
             if not quiet and not as_json:
-                print_table(_summary(file if batch else "", result, names))
+                print_table(summary(file if batch else "", result.unit, result.report, names))
     failed = sum("error" in document for document in documents)
     if as_json:
         print_json(documents[0] if len(documents) == 1 and not batch else {"results": documents})
@@ -152,14 +150,15 @@ def _jobs(
     return jobs
 
 
-def _expanded(path: Path) -> list[Path]:
+def expanded(path: Path) -> list[Path]:
     """Return the files that match a pattern; not all shells expand them."""
     if path.exists() or not glob.has_magic(str(path)):
         return [path]
     return sorted(map(Path, glob.glob(str(path)))) or [path]
 
 
-def _is_folder(place: str) -> bool:
+def is_folder(place: str) -> bool:
+    """Whether a place for results is a folder."""
     return place.endswith(("/", os.sep)) or Path(place).is_dir()
 
 
@@ -201,7 +200,7 @@ def _numbered(
     ]
 
 
-def _write(result: Reconstruction, targets: list[Path], source: Path, command: str) -> None:
+def write(result: Reconstruction, targets: list[Path], source: Path, command: str) -> None:
     """Write the files of a result; `command` is for the report."""
     for target in targets:
         if target.suffix.lower() in io.WRITABLE["report"]:
@@ -215,12 +214,13 @@ def _with_name(file: Path, message: str) -> str:
     return message if message.startswith(name) else f"{name}: {message}"
 
 
-def _summary(name: Path | str, result: Reconstruction, files: list[str]) -> dict[str, str]:
+def summary(name: Path | str, unit: str | None, report: Report, files: list[str]) -> dict[str, str]:
+    """Return the lines of a result: its file of points, its figures and the files written."""
     written = printable(", ".join(files))
     lines = {
         "file": printable(str(name)),
-        "unit": printable(result.unit or ""),
-        **result.report.lines(),
+        "unit": printable(unit or ""),
+        **report.lines(),
         "written": written,
     }
     return {title: line for title, line in lines.items() if line}

@@ -23,7 +23,7 @@ from neurbs.io.face_file import FaceFile
 from neurbs.io.face_frames import face_of, file_of
 from neurbs.io.point_cloud import Block, Doubt, PointSource, Request
 from neurbs.io.reading import damaged
-from neurbs.io.worker import FOR_ATTRIBUTES, MEMORY, MEMORY_PER_BYTE, READERS, reader
+from neurbs.io.worker import FOR_REFERENCE, MEMORY, MEMORY_PER_BYTE, READERS, reader
 
 _KEPT = 2
 """Idle workers that are kept."""
@@ -66,13 +66,15 @@ def read_points(path: Path, request: Request) -> PointSource:
     what = {
         "what": "points",
         "columns": request.columns,
+        "las_classes": request.las_classes,
         "nan": request.nan,
         "attributes": request.attributes,
+        "reference": request.needs_reference,
     }
     frames = _frames(path, what)
     head, _ = next(frames)
     blocks = (
-        Block(points, normals, colors, part["dropped"])
+        Block(points, normals, colors, part["dropped"], left_out=part["left_out"])
         for part, (points, normals, colors) in frames
     )
     offset = head["offset"] and tuple(head["offset"])
@@ -95,8 +97,8 @@ def _frames(path: Path, request: dict[str, Any]) -> Iterator[Frame]:
     """
     suffix = path.suffix.lower()
     check_installed(path, READERS[suffix][0])
-    if suffix in FOR_ATTRIBUTES and request.get("attributes"):
-        check_installed(path, FOR_ATTRIBUTES[suffix])
+    if suffix in FOR_REFERENCE and request.get("reference"):
+        check_installed(path, FOR_REFERENCE[suffix])
     worker = _Worker.idle()
     finished = False
     try:

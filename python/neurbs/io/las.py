@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -22,19 +22,30 @@ _COMPRESSED = 0x80
 
 _COLORS = ("red", "green", "blue")
 
+LAS = (".las", ".laz")
+"""Suffixes of files with classes of points, and with bounds in the header."""
+
+_BOUNDS = struct.Struct("<6d")
+"""The bounds in a header: the highest and the lowest x, then y and z."""
+
+_BOUNDS_START = 179
+"""The place of the bounds in a header."""
+
+Corner: TypeAlias = "tuple[float, float, float]"
+
 
 def read_las(path: Path, request: Request) -> PointSource:
-    """Read the points of all returns."""
+    """Read the points of all returns, or those of some classes."""
     laspy = require_for_file(path, "laspy")
     _check_header(path)
-    if request.attributes:
+    if request.needs_reference:
         # Without pyproj, laspy does not read the reference system.
         require_for_file(path, "pyproj")
     with laspy.open(path) as file:
         header = file.header
     doubts: list[Doubt] = []
     unit = crs = None
-    if request.attributes:
+    if request.needs_reference:
         try:
             unit, crs = _reference(header)
         except MemoryError:
@@ -50,7 +61,11 @@ def read_las(path: Path, request: Request) -> PointSource:
             for chunk in file.chunk_iterator(BLOCK):
                 points = np.column_stack([chunk.x, chunk.y, chunk.z])
                 colors = np.column_stack([chunk[c] for c in _COLORS]) if colored else None
-                yield Block(points, colors=colors)
+                block = Block(points, colors=colors)
+                if request.las_classes is not None:
+                    wanted = np.isin(np.asarray(chunk.classification), request.las_classes)
+                    block = block.chosen(wanted)
+                yield block
 
     return PointSource(
         checked_count(path, blocks(), header.point_count),
@@ -60,6 +75,16 @@ def read_las(path: Path, request: Request) -> PointSource:
         offset=tuple(header.offsets.tolist()) if request.attributes else None,
         doubts=doubts,
     )
+
+
+def bounds_of(path: Path) -> tuple[Corner, Corner] | None:
+    """Return the lowest and the highest coordinates by the header; None if it is damaged."""
+    with path.open("rb") as file:
+        head = file.read(_BOUNDS_START + _BOUNDS.size)
+    if len(head) < _BOUNDS_START + _BOUNDS.size or not head.startswith(b"LASF"):
+        return None
+    high_x, low_x, high_y, low_y, high_z, low_z = _BOUNDS.unpack_from(head, _BOUNDS_START)
+    return (low_x, low_y, low_z), (high_x, high_y, high_z)
 
 
 def _check_header(path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import threading
 import zipfile
 from collections.abc import Iterator
 from dataclasses import replace
@@ -26,6 +27,10 @@ _AXES = ("x", "y", "z")
 _MOST_SHRUNK, _HEADER = 1100, 1 << 16
 """Most bytes of an array for each byte in an archive, and most bytes of its header."""
 
+_parsing = threading.Lock()
+"""Held while NumPy parses a header by `ast`, which fails in two threads at a time: some versions of
+Python 3.11 and 3.12 count the depth of recursion for all threads together."""
+
 
 def read_npy(path: Path, request: Request) -> PointSource:
     """Read an array of points."""
@@ -34,10 +39,12 @@ def read_npy(path: Path, request: Request) -> PointSource:
         if file.read(len(magic)) != magic:
             raise NeurbsError(f"{path}: must be a NumPy array file, but has no header of one")
         file.seek(0)
-        _, _, dtype = _array_header(file)
+        with _parsing:
+            _, _, dtype = _array_header(file)
     _check_real(path, dtype)
     # A memory map, because NumPy then compares the header with the size of the file.
-    array: NDArray[Any] = np.load(path, mmap_mode="r", allow_pickle=False)
+    with _parsing:
+        array: NDArray[Any] = np.load(path, mmap_mode="r", allow_pickle=False)
     return _source(path, array, request)
 
 
@@ -70,10 +77,11 @@ def _member(path: Path, archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> NDAr
     if info.file_size > _MOST_SHRUNK * info.compress_size + _HEADER:
         raise damaged(path, f"the size of {info.filename} is wrong")
     with archive.open(info) as file:
-        shape, _, dtype = _array_header(file)
+        with _parsing:
+            shape, _, dtype = _array_header(file)
         if math.prod(shape) * dtype.itemsize > info.file_size:
             raise damaged(path, f"{info.filename} is shorter than its shape {shape}")
-    with archive.open(info) as file:
+    with archive.open(info) as file, _parsing:
         array: NDArray[Any] = np.lib.format.read_array(file, allow_pickle=False)
         # The checksum is compared at the end.
         file.read(1)

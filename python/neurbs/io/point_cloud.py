@@ -174,12 +174,24 @@ class Request:
         Whether to read the attributes too.
     unit : str, optional
         The unit to which the coordinates are converted.
+    las_classes : tuple of int, optional
+        The classes of a LAS file whose points are read.
+    reference : bool
+        Whether to read the reference system, and the unit that it gives, of a LAS file. It is also
+        read for attributes and for `unit`.
     """
 
     columns: Columns | None = None
     nan: Literal["error", "drop"] = "error"
     attributes: bool = False
     unit: str | None = None
+    las_classes: tuple[int, ...] | None = None
+    reference: bool = False
+
+    @property
+    def needs_reference(self) -> bool:
+        """Whether the reference system of a LAS file is read."""
+        return self.attributes or self.unit is not None or self.reference
 
 
 @dataclass(frozen=True)
@@ -196,6 +208,8 @@ class Block:
         Number of points that the file marks as not measured.
     not_finite : int
         Number of points that were left out because they are not finite.
+    left_out : int
+        Number of points that were not asked for.
     """
 
     points: NDArray[Any]
@@ -203,15 +217,29 @@ class Block:
     colors: NDArray[Any] | None = None
     dropped: int = 0
     not_finite: int = 0
+    left_out: int = 0
 
     def only(self, rows: NDArray[np.bool_]) -> Block:
         """Return the block with some rows only; the others are added to `dropped`."""
+        return replace(self._of(rows), dropped=self.dropped + int(np.count_nonzero(~rows)))
+
+    def finite(self, rows: NDArray[np.bool_]) -> Block:
+        """Return the block with some rows only; the others are added to `not_finite`."""
+        return replace(self._of(rows), not_finite=self.not_finite + int(np.count_nonzero(~rows)))
+
+    def chosen(self, rows: NDArray[np.bool_]) -> Block:
+        """Return the block with some rows only; the others are added to `left_out`."""
+        return replace(self._of(rows), left_out=self.left_out + int(np.count_nonzero(~rows)))
+
+    def _of(self, rows: NDArray[np.bool_]) -> Block:
+        """Return the block with some rows only."""
 
         def kept(array: NDArray[Any] | None) -> NDArray[Any] | None:
             return None if array is None else array[rows]
 
-        dropped = self.dropped + int(np.count_nonzero(~rows))
-        return Block(self.points[rows], kept(self.normals), kept(self.colors), dropped)
+        return replace(
+            self, points=self.points[rows], normals=kept(self.normals), colors=kept(self.colors)
+        )
 
 
 @dataclass(frozen=True)
@@ -312,7 +340,7 @@ def checked_count(path: Path, blocks: Iterator[Block], count: int) -> Iterator[B
     """
     got = 0
     for block in blocks:
-        got += len(block.points) + block.dropped
+        got += len(block.points) + block.dropped + block.left_out
         yield block
     if got != count:
         but = "is cut short after" if got < count else "has"

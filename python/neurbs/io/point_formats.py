@@ -13,6 +13,7 @@ from neurbs._core import NeurbsError
 from neurbs.io import isolation
 from neurbs.io.ascii_grid import read_asc, read_grd
 from neurbs.io.e57 import read_e57
+from neurbs.io.las import LAS
 from neurbs.io.mesh_vertices import read_vertices
 from neurbs.io.numpy_file import read_npy, read_npz
 from neurbs.io.obj import read_obj
@@ -105,6 +106,11 @@ def opened(path: str | os.PathLike[str], request: Request) -> PointSource:
             raise NeurbsError(
                 f"{path}: columns must be left out, unless the file is {' '.join(_TABLES)}; "
                 f"got {request.columns!r}"
+            )
+        if request.las_classes is not None and suffix not in LAS:
+            raise NeurbsError(
+                f"{path}: las_classes must be left out, unless the file is {' '.join(LAS)}; "
+                f"got {list(request.las_classes)}"
             )
         source = _READERS[suffix](path, request).to_unit(request.unit)
     # A count in a damaged header may exceed the memory. No point takes less than a byte of a file,

@@ -5,53 +5,61 @@ from __future__ import annotations
 import os
 import warnings
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Literal, overload
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from neurbs._core import NeurbsError
 from neurbs.diagnostics import CATEGORIES, PointsDroppedWarning
 from neurbs.errors import argument_error
-from neurbs.io.packed import name_of
-from neurbs.io.point_cloud import Block, Collector, PointCloud, PointSource, Request
-from neurbs.io.point_formats import opened
+from neurbs.io.point_cloud import Collector, PointCloud, Request
+from neurbs.io.point_files import PointFiles
+from neurbs.io.point_filters import PointFilter
 from neurbs.io.units import check_unit
 
 
 @overload
 def read_points(
-    path: str | os.PathLike[str],
+    path: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
     *,
     columns: Sequence[str | int] | None = ...,
     nan: Literal["error", "drop"] = ...,
     unit: str | None = ...,
+    bounds: ArrayLike | None = ...,
+    cell: float | None = ...,
+    las_classes: Sequence[int] | None = ...,
     chunks: None = ...,
 ) -> NDArray[np.float64]: ...
 
 
 @overload
 def read_points(
-    path: str | os.PathLike[str],
+    path: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
     *,
     columns: Sequence[str | int] | None = ...,
     nan: Literal["error", "drop"] = ...,
     unit: str | None = ...,
+    bounds: ArrayLike | None = ...,
+    cell: float | None = ...,
+    las_classes: Sequence[int] | None = ...,
     chunks: int,
 ) -> Iterator[NDArray[np.float64]]: ...
 
 
 def read_points(
-    path: str | os.PathLike[str],
+    path: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
     *,
     columns: Sequence[str | int] | None = None,
     nan: Literal["error", "drop"] = "error",
     unit: str | None = None,
+    bounds: ArrayLike | None = None,
+    cell: float | None = None,
+    las_classes: Sequence[int] | None = None,
     chunks: int | None = None,
 ) -> NDArray[np.float64] | Iterator[NDArray[np.float64]]:
-    r"""Read scattered points from a file.
+    r"""Read scattered points from a file or several.
 
     The suffix, in upper or lower case, selects the format:
 
@@ -94,8 +102,9 @@ def read_points(
 
     Parameters
     ----------
-    path : str or path-like
-        The file; ``"-"`` is standard input, whose first bytes show the format.
+    path : str or path-like, or sequence of them
+        The file, or files that are read one after the other as one; ``"-"`` is standard input,
+        whose first bytes show the format.
     columns : sequence of str or int, optional
         The two or three columns of the coordinates, by names in the header or numbers from 0. For
         tables and NumPy arrays only.
@@ -104,6 +113,14 @@ def read_points(
     unit : {"mm", "cm", "m", "in", "ft"}, optional
         The unit of the result. Numbers of a file with another unit are converted; those of a file
         without one are taken to be in it. By default the unit of the file.
+    bounds : array_like, optional
+        The lowest and the highest coordinates of the points to read: ``(xmin, ymin, xmax, ymax)``,
+        or with z, in the unit of the result. LAS files whose header has other bounds are not
+        opened, unless `unit` is given.
+    cell : float, optional
+        Side of the cubes of which each keeps its first point, in the unit of the result.
+    las_classes : sequence of int, optional
+        Classes of the points to read: 2 is ground. For ``.las`` and ``.laz`` only.
     chunks : int, optional
         Number of points of a chunk. With it, the function returns an iterator of chunks that reads
         the file step by step.
@@ -117,8 +134,9 @@ def read_points(
     ------
     NeurbsError
         If the suffix is unknown, the library for the format is not installed, the file is damaged,
-        points are not finite, or `unit` is given and the unit of the file is not a length. For a
-        text file the message gives line and column.
+        points are not finite, `unit` is given and the unit of the file is not a length, several
+        files have several units, or the filters leave no point. For a text file the message gives
+        line and column.
     OSError
         `FileNotFoundError`, `IsADirectoryError` or `PermissionError`, if the file cannot be read.
 
@@ -162,16 +180,20 @@ def read_points(
     """
     if chunks is not None and not (isinstance(chunks, int) and chunks > 0):
         raise argument_error("chunks", f"must be an integer from 1, got {chunks!r}")
-    request = _request(columns, nan, unit)
-    source = opened(path, request)
-    name = name_of(path)
+    files = point_files(
+        path,
+        columns=columns,
+        nan=nan,
+        unit=unit,
+        bounds=bounds,
+        cell=cell,
+        las_classes=las_classes,
+    )
     if chunks is not None:
-        return _chunks(name, source, request, chunks)
-    cloud = _collected(name, source, request)
-    _warn_doubts(name, source)
-    if nan == "drop":
-        warn_dropped(name, cloud.dropped - cloud.no_data, len(cloud))
-    return cloud.points
+        return _chunks(files, chunks)
+    points = _collected(files).joined()
+    _warn(files)
+    return points
 
 
 def read_point_cloud(
@@ -180,12 +202,17 @@ def read_point_cloud(
     columns: Sequence[str | int] | None = None,
     nan: Literal["error", "drop"] = "error",
     unit: str | None = None,
+    bounds: ArrayLike | None = None,
+    cell: float | None = None,
+    las_classes: Sequence[int] | None = None,
 ) -> PointCloud:
     r"""Read points with their attributes from a file.
 
     Parameters
     ----------
-    path, columns, nan, unit
+    path : str or path-like
+        The file; ``"-"`` is standard input.
+    columns, nan, unit, bounds, cell, las_classes
         As for `read_points`.
 
     Returns
@@ -222,124 +249,136 @@ def read_point_cloud(
     >>> cloud.columns
     "x, y, z are columns 'x [mm]', 'y [mm]', 'z [mm]'; the points start in line 2"
     """
-    request = replace(_request(columns, nan, unit), attributes=True)
-    source = opened(path, request)
-    name = name_of(path)
-    cloud = _collected(name, source, request)
-    _warn_doubts(name, source)
+    files = point_files(
+        [path],
+        columns=columns,
+        nan=nan,
+        unit=unit,
+        bounds=bounds,
+        cell=cell,
+        las_classes=las_classes,
+        attributes=True,
+    )
+    cloud = _cloud(files)
+    _warn_doubts(files)
     return cloud
 
 
-def _request(
-    columns: Sequence[str | int] | None, nan: Literal["error", "drop"], unit: str | None
-) -> Request:
-    """Return the options after a check."""
+def point_files(
+    path: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
+    *,
+    columns: Sequence[str | int] | None = None,
+    nan: Literal["error", "drop"] = "error",
+    unit: str | None = None,
+    bounds: ArrayLike | None = None,
+    cell: float | None = None,
+    las_classes: Sequence[int] | None = None,
+    attributes: bool = False,
+    reference: bool = False,
+) -> PointFiles:
+    """Open a file of points or several, after a check of the options.
+
+    Parameters
+    ----------
+    path, columns, nan, unit, bounds, cell, las_classes
+        As for `read_points`.
+    attributes, reference
+        As for `Request`.
+
+    Raises
+    ------
+    NeurbsError, OSError
+        As for `read_points`.
+    """
     check_unit(unit)
     if nan not in ("error", "drop"):
         raise argument_error("nan", f"must be 'error' or 'drop', got {nan!r}")
-    if columns is None:
-        return Request(nan=nan, unit=unit)
-    chosen = tuple(columns)
-    if len(chosen) not in (2, 3) or not all(isinstance(c, str | int) for c in chosen):
+    classes = None if las_classes is None else tuple(las_classes)
+    if classes is not None and not (classes and all(map(_is_class, classes))):
+        raise argument_error("las_classes", f"must be integers from 0 to 255, got {las_classes!r}")
+    names = None if columns is None else tuple(columns)
+    if names is not None and not (
+        len(names) in (2, 3) and all(isinstance(name, str | int) for name in names)
+    ):
         raise argument_error("columns", f"must be two or three names or numbers, got {columns!r}")
-    return Request(chosen, nan, unit=unit)
+    paths = [path] if isinstance(path, str | os.PathLike) else list(path)
+    if not paths:
+        raise argument_error("path", "must be at least one file, got none")
+    request = Request(names, nan, attributes, unit, classes, reference)
+    return PointFiles(paths, request, PointFilter.of(bounds, cell))
 
 
-def _finite(name: str, source: PointSource, request: Request) -> Iterator[Block]:
-    """Yield blocks of finite points in space, with the number of dropped ones."""
-    first = 0
-    for block in source.blocks:
-        points = block.points
-        if points.shape[1] == 2:
-            flat = np.zeros((len(points), 1))
-            block = replace(block, points=np.column_stack([points, flat]))
-        finite = np.isfinite(points).all(axis=1)
-        if finite.all():
-            yield block
-        elif request.nan == "drop":
-            others = len(finite) - int(np.count_nonzero(finite))
-            yield replace(block.only(finite), dropped=block.dropped, not_finite=others)
-        else:
-            index = int(finite.argmin())
-            raise NeurbsError(
-                f"{name}: points must be finite, but point {first + index} (counted from 0) is "
-                f'{tuple(points[index].tolist())}: remove or repair it, or use `nan="drop"`'
-            )
-        first += len(points)
+def _is_class(number: object) -> bool:
+    return isinstance(number, int | np.integer) and bool(0 <= number < 256)
 
 
-def _collected(name: str, source: PointSource, request: Request) -> PointCloud:
-    """Return all blocks as one cloud."""
-    points, normals, colors = (Collector(source.count) for _ in range(3))
-    no_data = not_finite = 0
-    for block in _finite(name, source, request):
-        no_data += block.dropped
-        not_finite += block.not_finite
+def _collected(files: PointFiles) -> Collector:
+    """Return the points of all files."""
+    points = Collector(files.count)
+    for block in files.blocks():
+        points.add(block.points, np.float64)
+    _check_left(points.rows)
+    return points
+
+
+def _cloud(files: PointFiles) -> PointCloud:
+    """Return the points of a file with their attributes."""
+    points, normals, colors = (Collector(files.count) for _ in range(3))
+    for block in files.blocks():
         points.add(block.points, np.float64)
         if block.normals is not None:
             normals.add(block.normals, np.float64)
         if block.colors is not None:
             colors.add(block.colors, block.colors.dtype)
-    _check_any(name, points.rows, not_finite, no_data)
+    _check_left(points.rows)
+    file = files.read[0]
     return PointCloud(
         points.joined(),
         normals.joined() if normals.rows else None,
         colors.joined() if colors.rows else None,
-        unit=source.unit,
-        crs=source.crs,
-        offset=source.offset,
-        dropped=not_finite + no_data,
-        no_data=no_data,
-        columns=source.columns,
+        unit=file.source.unit,
+        crs=file.source.crs,
+        offset=file.source.offset,
+        dropped=file.not_finite + file.no_data,
+        no_data=file.no_data,
+        columns=file.source.columns,
     )
 
 
-def _chunks(
-    name: str, source: PointSource, request: Request, size: int
-) -> Iterator[NDArray[np.float64]]:
-    """Yield the points in arrays of a size; the last may be smaller."""
-    chunk, filled, total = np.empty((size, 3)), 0, 0
-    no_data = not_finite = 0
-    for block in _finite(name, source, request):
-        no_data += block.dropped
-        not_finite += block.not_finite
-        rest = block.points
-        while len(rest):
-            part = rest[: size - filled]
-            chunk[filled : filled + len(part)] = part
-            filled, rest = filled + len(part), rest[len(part) :]
-            total += len(part)
-            if filled == size:
-                yield chunk
-                chunk, filled = np.empty((size, 3)), 0
-    _check_any(name, total, not_finite, no_data)
-    if filled:
-        yield chunk[:filled]
-    _warn_doubts(name, source)
-    if request.nan == "drop":
-        warn_dropped(name, not_finite, total)
+def _chunks(files: PointFiles, size: int) -> Iterator[NDArray[np.float64]]:
+    left = 0
+    for chunk in files.chunks(size):
+        left += len(chunk)
+        yield chunk
+    _check_left(left)
+    _warn(files)
 
 
-def _check_any(name: str, points: int, not_finite: int, no_data: int) -> None:
+def _check_left(points: int) -> None:
     if not points:
-        reasons = {"are not finite": not_finite, "have no data": no_data}
-        causes = [f"{count} {reason}" for reason, count in reasons.items() if count]
-        but = f"all {' and '.join(causes)}" if causes else "it is empty"
-        raise NeurbsError(f"{name}: must have at least one point, but {but}")
+        raise NeurbsError("bounds and las_classes must leave at least one point, but leave none")
 
 
-def warn_dropped(name: str | Path, not_finite: int, kept: int) -> None:
-    """Warn if points were dropped because they are not finite."""
+def warn_dropped(name: str | Path, not_finite: int, points: int, *, stacklevel: int = 3) -> None:
+    """Warn if points were dropped because they are not finite; `points` are the others."""
     if not_finite:
         warnings.warn(
-            f"{name}: {not_finite} of {not_finite + kept} points are not finite and were dropped",
+            f"{name}: {not_finite} of {not_finite + points} points are not finite and were dropped",
             PointsDroppedWarning,
-            # The caller of `read_points`, or of the next chunk.
-            stacklevel=3,
+            stacklevel=stacklevel,
         )
 
 
-def _warn_doubts(name: str, source: PointSource) -> None:
-    for doubt in source.doubts:
-        # The caller of `read_points`, or of the next chunk.
-        warnings.warn(f"{name}: {doubt.message}", CATEGORIES[doubt.code], stacklevel=3)
+def _warn(files: PointFiles) -> None:
+    """Warn of all files, for the caller of `read_points` or of the next chunk."""
+    _warn_doubts(files, stacklevel=4)
+    if files.request.nan == "drop":
+        for file in files.read:
+            warn_dropped(file.name, file.not_finite, file.points, stacklevel=4)
+
+
+def _warn_doubts(files: PointFiles, *, stacklevel: int = 3) -> None:
+    for file in files.read:
+        for doubt in file.source.doubts:
+            message = f"{file.name}: {doubt.message}"
+            warnings.warn(message, CATEGORIES[doubt.code], stacklevel=stacklevel)

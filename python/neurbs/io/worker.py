@@ -47,8 +47,8 @@ READERS = {
 }
 """By suffix: the library, and module and name of the function that reads with it."""
 
-FOR_ATTRIBUTES = {".las": "pyproj", ".laz": "pyproj"}
-"""By suffix: another library, with which attributes are read."""
+FOR_REFERENCE = {".las": "pyproj", ".laz": "pyproj"}
+"""By suffix: another library, with which the reference system is read."""
 
 MEMORY = 1 << 30
 """Bytes that reading may take, for a small file."""
@@ -101,7 +101,14 @@ def _answer(request: dict[str, Any], answers: BinaryIO) -> None:
                     _send(answers, head, arrays)
             else:
                 columns = request["columns"]
-                asked = Request(columns and tuple(columns), request["nan"], request["attributes"])
+                classes = request["las_classes"]
+                asked = Request(
+                    columns and tuple(columns),
+                    request["nan"],
+                    request["attributes"],
+                    las_classes=None if classes is None else tuple(classes),
+                    reference=request["reference"],
+                )
                 _send_points(read(path, asked), answers)
         _send(answers, {"end": True})
     except MemoryError:
@@ -161,7 +168,7 @@ def _send_points(source: Any, answers: BinaryIO) -> None:
     _send(answers, {**{name: getattr(source, name) for name in names}, "doubts": doubts})
     for block in source.blocks:
         arrays = (block.points, block.normals, block.colors)
-        _send(answers, {"dropped": block.dropped}, arrays)
+        _send(answers, {"dropped": block.dropped, "left_out": block.left_out}, arrays)
 
 
 def _send(

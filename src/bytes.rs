@@ -2,99 +2,86 @@
 
 use glam::DVec3;
 
-use super::frame::Frame;
-
 /// Appends values to a buffer.
-pub(super) struct Writer(pub(super) Vec<u8>);
+pub(crate) struct Writer(pub(crate) Vec<u8>);
 
 impl Writer {
-    pub(super) fn count(&mut self, value: u64) {
+    pub(crate) fn count(&mut self, value: u64) {
         self.0.extend(value.to_le_bytes());
     }
 
-    pub(super) fn real(&mut self, value: f64) {
+    pub(crate) fn real(&mut self, value: f64) {
         self.0.extend(value.to_le_bytes());
     }
 
-    pub(super) fn quanta(&mut self, value: i128) {
+    pub(crate) fn quanta(&mut self, value: i128) {
         self.0.extend(value.to_le_bytes());
     }
 
-    pub(super) fn optional(&mut self, value: Option<f64>) {
+    pub(crate) fn optional(&mut self, value: Option<f64>) {
         self.reals(value.as_slice());
     }
 
-    pub(super) fn choice<T: PartialEq>(&mut self, all: &[T], value: &T) {
+    pub(crate) fn choice<T: PartialEq>(&mut self, all: &[T], value: &T) {
         let place = all.iter().position(|one| one == value);
         self.count(place.unwrap_or(all.len()) as u64);
     }
 
-    pub(super) fn reals(&mut self, values: &[f64]) {
+    pub(crate) fn reals(&mut self, values: &[f64]) {
         self.count(values.len() as u64);
         for &value in values {
             self.real(value);
         }
     }
 
-    pub(super) fn points(&mut self, points: &[DVec3]) {
+    pub(crate) fn points(&mut self, points: &[DVec3]) {
         self.count(points.len() as u64);
         points.iter().flat_map(DVec3::to_array).for_each(|value| self.real(value));
-    }
-
-    pub(super) fn frame(&mut self, frame: &Frame) {
-        let (center, size) = frame.parts();
-        self.points(&[center]);
-        self.real(size);
     }
 }
 
 /// The bytes still to read. Each method returns `None` if they are too few or invalid.
-pub(super) struct Reader<'a>(pub(super) &'a [u8]);
+pub(crate) struct Reader<'a>(pub(crate) &'a [u8]);
 
 impl Reader<'_> {
-    pub(super) fn bytes<const N: usize>(&mut self) -> Option<[u8; N]> {
+    pub(crate) fn bytes<const N: usize>(&mut self) -> Option<[u8; N]> {
         let (first, rest) = self.0.split_first_chunk::<N>()?;
         self.0 = rest;
         Some(*first)
     }
 
-    pub(super) fn count(&mut self) -> Option<u64> {
+    pub(crate) fn count(&mut self) -> Option<u64> {
         self.bytes().map(u64::from_le_bytes)
     }
 
-    pub(super) fn size(&mut self) -> Option<usize> {
+    pub(crate) fn size(&mut self) -> Option<usize> {
         self.count().and_then(|count| usize::try_from(count).ok())
     }
 
     /// A count of items of `bytes` bytes each; `None` if the rest is shorter than that.
-    pub(super) fn length(&mut self, bytes: usize) -> Option<usize> {
+    pub(crate) fn length(&mut self, bytes: usize) -> Option<usize> {
         self.size().filter(|&count| count <= self.0.len() / bytes)
     }
 
-    pub(super) fn real(&mut self) -> Option<f64> {
+    pub(crate) fn real(&mut self) -> Option<f64> {
         self.bytes().map(f64::from_le_bytes)
     }
 
-    pub(super) fn quanta(&mut self) -> Option<i128> {
+    pub(crate) fn quanta(&mut self) -> Option<i128> {
         self.bytes().map(i128::from_le_bytes)
     }
 
-    pub(super) fn choice<T: Copy>(&mut self, all: &[T]) -> Option<T> {
+    pub(crate) fn choice<T: Copy>(&mut self, all: &[T]) -> Option<T> {
         let place = self.size()?;
         all.get(place).copied()
     }
 
-    pub(super) fn reals(&mut self) -> Option<Vec<f64>> {
+    pub(crate) fn reals(&mut self) -> Option<Vec<f64>> {
         (0..self.length(8)?).map(|_| self.real()).collect()
     }
 
-    pub(super) fn points(&mut self) -> Option<Vec<DVec3>> {
+    pub(crate) fn points(&mut self) -> Option<Vec<DVec3>> {
         let count = self.length(size_of::<DVec3>())?;
         (0..count).map(|_| Some(DVec3::new(self.real()?, self.real()?, self.real()?))).collect()
-    }
-
-    pub(super) fn frame(&mut self) -> Option<Frame> {
-        let [center] = self.points()?[..] else { return None };
-        Some(Frame::from_parts(center, self.real()?))
     }
 }
