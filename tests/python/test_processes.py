@@ -69,13 +69,14 @@ def calls(size: int) -> dict[str, Call]:
     low = neurbs.NurbsSurface(s.control_points[::4, ::4])
     on_low = low.evaluate(np.random.default_rng(3).random((1000, 2)))
     net = (5 + size // 4, 5 + size // 4)
-    folder = Path(tempfile.gettempdir(), f"neurbs-{os.getpid()}-{threading.get_ident()}")
 
-    def saved(thing: neurbs.NurbsSurface | neurbs.PointCloud, suffix: str) -> Path:
-        folder.mkdir(exist_ok=True)
-        path = folder / f"a{suffix}"
-        neurbs.save(thing, path)
-        return path
+    def reread(
+        thing: neurbs.NurbsSurface | neurbs.PointCloud, suffix: str, read: Callable[[Path], object]
+    ) -> object:
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder, f"a{suffix}")
+            neurbs.save(thing, path)
+            return read(path)
 
     def trained() -> object:
         som = neurbs.SelfOrganizingMap(4 + size // 4, 4 + size // 4, epochs=3)
@@ -111,9 +112,9 @@ def calls(size: int) -> dict[str, Call]:
         "reconstruct_paper": painted,
         "recover_net": lambda: neurbs.recover_net(on_low, (5, 5)),
         "SelfOrganizingMap": trained,
-        "step": lambda: neurbs.load_surface(saved(s, ".step")),
-        "json": lambda: neurbs.load_surface(saved(s, ".json")),
-        "read_points": lambda: neurbs.read_points(saved(neurbs.PointCloud(cloud), ".csv")),
+        "step": lambda: reread(s, ".step", neurbs.load_surface),
+        "json": lambda: reread(s, ".json", neurbs.load_surface),
+        "read_points": lambda: reread(neurbs.PointCloud(cloud), ".csv", neurbs.read_points),
     }
 
 
