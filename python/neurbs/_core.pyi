@@ -35,6 +35,7 @@ __all__ = [
     "__version__",
     "as_points",
     "candidates",
+    "check_options",
     "clean",
     "cloud_distances",
     "components",
@@ -860,6 +861,7 @@ def fit_weights(
     surface: NurbsSurface, points: ArrayLike, *, weights: ArrayLike | None = None
 ) -> NurbsSurface: ...
 def default_options() -> dict[str, Any]: ...
+def check_options(options: dict[str, Any]) -> None: ...
 def reconstruct(
     points: ArrayLike,
     options: dict[str, Any],

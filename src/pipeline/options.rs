@@ -92,7 +92,7 @@ impl Default for ReconstructOptions<'_> {
 
 impl ReconstructOptions<'_> {
     /// Checks that each option is in its range.
-    pub(super) fn check(&self, points: usize) -> Result<()> {
+    pub(crate) fn check(&self, points: usize) -> Result<()> {
         check_degree(self.degree)?;
         if self.kind == Some(Kind::Body) {
             let must = "'height', 'sheet', 'tube' or 'torus' (bodies are not supported yet)";

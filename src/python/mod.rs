@@ -105,7 +105,7 @@ mod _core {
     #[pymodule_export]
     use super::progress::Progress;
     #[pymodule_export]
-    use super::reconstruct::{default_options, reconstruct, reconstruct_paper};
+    use super::reconstruct::{check_options, default_options, reconstruct, reconstruct_paper};
     #[pymodule_export]
     use super::recover_net::recover_net;
     #[pymodule_export]

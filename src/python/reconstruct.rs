@@ -43,6 +43,24 @@ pub(super) fn reconstruct<'py>(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Found<'py>> {
     let py = points.py();
+    with_options(options, |options| {
+        let points = Numbers::points(points, "points")?;
+        let points = points.as_slice()?;
+        run(py, progress, |observer| crate::pipeline::reconstruct(points, options, observer))
+    })
+}
+
+/// Check the options of `reconstruct` before there are points; `weights` must be None.
+#[pyfunction]
+pub(super) fn check_options(options: &Bound<'_, PyDict>) -> PyResult<()> {
+    with_options(options, |options| Ok(options.check(0)?))
+}
+
+/// Calls a function with options that have their names.
+fn with_options<R>(
+    options: &Bound<'_, PyDict>,
+    call: impl FnOnce(&ReconstructOptions<'_>) -> PyResult<R>,
+) -> PyResult<R> {
     let option = |name: &str| Ok::<_, PyErr>(options.get_item(name)?.filter(|it| !it.is_none()));
     let needed = |name: &str| options.as_any().get_item(name);
     let real = |name: &str| arguments::optional_real(name, option(name)?.as_ref());
@@ -51,7 +69,7 @@ pub(super) fn reconstruct<'py>(
         option("weights")?.map(|weights| Numbers::sequence(&weights, "weights")).transpose()?;
     let given = option("init")?.filter(|init| !init.is_instance_of::<PyString>());
     let given = given.map(|nodes| nodes_of(&nodes)).transpose()?;
-    let options = ReconstructOptions {
+    call(&ReconstructOptions {
         tolerance: real("tolerance")?,
         grid: option("grid")?.map(|grid| arguments::pair("grid", &grid)).transpose()?,
         degree: arguments::count("degree", &needed("degree")?)?,
@@ -75,10 +93,7 @@ pub(super) fn reconstruct<'py>(
         max_control_points: arguments::count("max_control_points", &needed("max_control_points")?)?,
         aspect: arguments::choice("aspect", &Aspect::ALL, Aspect::name, &needed("aspect")?)?,
         seed: arguments::count("seed", &needed("seed")?)?,
-    };
-    let points = Numbers::points(points, "points")?;
-    let points = points.as_slice()?;
-    run(py, progress, |observer| crate::pipeline::reconstruct(points, &options, observer))
+    })
 }
 
 /// Run the paper's method; the public function is :func:`neurbs.reconstruct_paper`.

@@ -407,7 +407,7 @@ def test_too_little_memory_is_an_error_before_the_work(client: Client) -> None:
     with pytest.raises(neurbs.NeurbsMemoryError, match=r"must have at least .* MB of memory"):
         fit(blocks(terrain(20_000), 2), client, grid=(400, 400))
     with pytest.raises(neurbs.NeurbsMemoryError, match=r"grid must be a net .* at most some"):
-        fit(blocks(terrain(20_000), 2), grid=(20_000, 20_000))
+        fit(blocks(terrain(20_000), 2), grid=(4000, 4000))
 
 
 @pytest.mark.parametrize(
@@ -422,11 +422,27 @@ def test_too_little_memory_is_an_error_before_the_work(client: Client) -> None:
         (blocks(terrain(100), 1), {"errors": "hide"}, "errors must be 'raise' or 'skip'"),
         (blocks(terrain(100), 1), {"max_sample": 1}, "max_sample must be an integer from 4"),
         (["a.docx"], {}, "suffix"),
+        (blocks(terrain(100), 1), {"grid": 9}, "grid must be two integers"),
+        (blocks(terrain(100), 1), {"grid": (1, 9)}, "grid must be"),
+        (blocks(terrain(100), 1), {"degree": (2, 3)}, "degree must be an integer"),
+        (blocks(terrain(100), 1), {"tolerance": -1.0}, "tolerance must be positive"),
+        (blocks(terrain(100), 1), {"trim": "half"}, "trim must be"),
     ],
 )
 def test_wrong_arguments_are_refused(points: Any, options: dict[str, Any], message: str) -> None:
     with pytest.raises(neurbs.NeurbsError, match=message):
         fit(points, **options)
+
+
+def test_options_are_checked_before_points_are_read(tmp_path: Path) -> None:
+    def points() -> Iterator[Floats]:
+        raise AssertionError("read")
+        yield terrain(9)
+
+    with pytest.raises(neurbs.NeurbsError, match="fairness must be"):
+        fit(points(), fairness=-1.0)
+    with pytest.raises(TypeError, match="unexpected keyword argument 'knots'"):
+        fit(points(), knots=3)
 
 
 def test_histograms_are_exact_and_quantiles_near() -> None:

@@ -125,9 +125,8 @@ def reconstruct(
     True
     """
     require("dask.array", "points in parts")
-    for name in ("weights", "component"):
-        if options.get(name) is not None:
-            raise argument_error(name, "must be left out for points in parts")
+    given = {"tolerance": tolerance, "kind": kind, "grid": grid, **options}
+    _check(given)
     if not (isinstance(max_sample, int) and max_sample >= 4):
         raise argument_error("max_sample", f"must be an integer from 4, got {max_sample!r}")
     parts = parts_of(
@@ -140,12 +139,23 @@ def reconstruct(
         las_classes=las_classes,
         errors=errors,
     )
-    given = {"tolerance": tolerance, "kind": kind, "grid": grid, **options}
     job = _Job(Engine(scheduler, progress), parts, given, max_sample, unit)
     result = job.run()
     job.notes.warn(result.report.points, stacklevel=2)
     diagnostics.warn(result.report.diagnostics, stacklevel=2)
     return result
+
+
+def _check(given: dict[str, Any]) -> None:
+    """Raise for wrong options of the surface, as all points are read before they are used."""
+    known = _core.default_options()
+    for name in given:
+        if name not in known:
+            raise TypeError(f"reconstruct() got an unexpected keyword argument {name!r}")
+    for name in ("weights", "component"):
+        if given.get(name) is not None:
+            raise argument_error(name, "must be left out for points in parts")
+    _core.check_options(known | given)
 
 
 @dataclasses.dataclass
