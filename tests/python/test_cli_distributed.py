@@ -1,12 +1,16 @@
 """`neurbs reconstruct --distributed`: one surface from all files, in processes of Dask."""
 
 import json
+import os
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import laspy
 import numpy as np
+import psutil
 import pyproj
 import pytest
 from distributed import LocalCluster
@@ -52,6 +56,31 @@ def test_workers_start_by_themselves(tiles: list[Path], tmp_path: Path) -> None:
     assert target.stat().st_size > 1000
     assert "3 on " in done.stdout
     assert done.stderr == ""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no groups of processes")
+def test_ctrl_c_in_a_terminal_ends_all_processes_in_silence(tmp_path: Path) -> None:
+    points = tmp_path / "points.npy"
+    np.save(points, np.random.default_rng(0).random((3_000_000, 3)))
+    options = ("-o", tmp_path / "surface.step", "--distributed")
+    with subprocess.Popen(
+        [sys.executable, "-m", "neurbs", "reconstruct", points, *options],
+        stderr=subprocess.PIPE,
+        stdout=subprocess.DEVNULL,
+        start_new_session=True,
+        text=True,
+    ) as job:
+        root, deadline = psutil.Process(job.pid), time.monotonic() + 60
+        # Workers, and the process that their library starts besides.
+        while len(root.children(recursive=True)) < 2 and time.monotonic() < deadline:
+            time.sleep(0.05)
+        time.sleep(1)
+        started = root.children(recursive=True)
+        os.killpg(job.pid, signal.SIGINT)
+        _, errors = job.communicate(timeout=60)
+    assert job.returncode == 130
+    assert errors == "interrupted\n"
+    assert psutil.wait_procs(started, timeout=20)[1] == []
 
 
 def test_filters_choose_the_points_of_one_file(tiles: list[Path], tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -75,9 +76,23 @@ def _workers(scheduler: str | None) -> Iterator[None]:
         with dask.Client(scheduler, timeout=10):
             yield
         return
-    # Errors of tasks come back as exceptions; the library would print them as well.
-    cluster = dask.LocalCluster(
-        threads_per_worker=1, dashboard_address=":0", silence_logs=logging.CRITICAL
-    )
+    with _ignored_by_workers():
+        # Errors of tasks come back as exceptions; the library would print them as well.
+        cluster = dask.LocalCluster(
+            threads_per_worker=1, dashboard_address=":0", silence_logs=logging.CRITICAL
+        )
     with cluster, dask.Client(cluster):
         yield
+
+
+@contextmanager
+def _ignored_by_workers() -> Iterator[None]:
+    """Let processes that start here ignore Ctrl-C.
+
+    A terminal sends it to all processes, but only this one has to answer.
+    """
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
