@@ -2,6 +2,26 @@
 
 use glam::DVec3;
 
+use crate::error::{Error, Result};
+
+/// Reads what was saved behind its first bytes, `magic`. The error names the parameter and what it
+/// must be.
+pub(crate) fn read_saved<T>(
+    bytes: &[u8],
+    magic: &[u8],
+    parameter: &'static str,
+    saved: &str,
+    read: impl FnOnce(&mut Reader<'_>) -> Option<T>,
+) -> Result<T> {
+    let mut from = bytes.strip_prefix(magic).map(Reader);
+    let value = from.as_mut().and_then(read);
+    let complete = from.is_some_and(|from| from.0.is_empty());
+    value.filter(|_| complete).ok_or_else(|| {
+        let must = format!("the complete bytes of {saved}");
+        Error::parameter(parameter, must, format!("{} other bytes", bytes.len()))
+    })
+}
+
 /// Appends values to a buffer.
 pub(crate) struct Writer(pub(crate) Vec<u8>);
 

@@ -15,8 +15,8 @@ Floats: TypeAlias = NDArray[np.float64]
 MAX_SAMPLE = 1 << 20
 """Most points that a surface is fitted to; of more, an even sample is taken."""
 
-_CHUNK = 1 << 18
-"""Points read at a time from a memory map."""
+CHUNK = 1 << 18
+"""Points in memory at a time, of more than fit in it."""
 
 _BINS = 1 << 12
 """Bins of the histograms for quantiles."""
@@ -73,8 +73,8 @@ def temporary_array(shape: tuple[int, ...], dtype: type) -> NDArray[Any]:
 
 def slices(points: Floats) -> Iterator[slice]:
     """Return slices of an array that fit in memory."""
-    for start in range(0, len(points), _CHUNK):
-        yield slice(start, start + _CHUNK)
+    for start in range(0, len(points), CHUNK):
+        yield slice(start, start + CHUNK)
 
 
 class Summary:

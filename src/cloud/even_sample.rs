@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::bounds::POINTS_PER_REPORT;
 use super::sampling::{Chosen, Voxels, prefer, side};
-use crate::bytes::{Reader, Writer};
+use crate::bytes::{Reader, Writer, read_saved};
 use crate::error::{Error, Result};
 use crate::progress::InterruptCheck;
 
@@ -212,14 +212,10 @@ impl EvenSample {
     ///
     /// [`Error::Parameter`] if the bytes are not a complete sample.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
-        Self::read(bytes).ok_or_else(|| {
-            let got = format!("{} other bytes", bytes.len());
-            Error::parameter("sample", "the complete bytes of a saved sample", got)
-        })
+        read_saved(bytes, MAGIC, "sample", "a saved sample", Self::read)
     }
 
-    fn read(bytes: &[u8]) -> Option<Self> {
-        let mut from = Reader(bytes.strip_prefix(MAGIC)?);
+    fn read(from: &mut Reader<'_>) -> Option<Self> {
         let mut sample = Self::new(from.size()?);
         sample.seen = from.count()?;
         sample.side = from.real().filter(|side| *side >= 0.0 && side.is_finite())?;
@@ -231,7 +227,7 @@ impl EvenSample {
                 sample.first.push(chosen);
             }
         }
-        from.0.is_empty().then_some(sample)
+        Some(sample)
     }
 }
 

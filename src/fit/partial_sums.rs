@@ -7,7 +7,7 @@ use super::least_squares::{Equations, PointSums, THIN_PLATE, check};
 use super::normal_equations::NormalEquations;
 use super::options::FitOptions;
 use super::spline_space::SplineSpace;
-use crate::bytes::{Reader, Writer};
+use crate::bytes::{Reader, Writer, read_saved};
 use crate::error::{Error, Result};
 use crate::nurbs::{KnotVector, NurbsSurface};
 use crate::worker_pool::install;
@@ -226,14 +226,10 @@ impl PartialSums {
     ///
     /// [`Error::Parameter`] if the bytes are not complete sums.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
-        Self::read(bytes).ok_or_else(|| {
-            let got = format!("{} other bytes", bytes.len());
-            Error::parameter("sums", "the complete bytes of saved sums", got)
-        })
+        read_saved(bytes, MAGIC, "sums", "saved sums", Self::read)
     }
 
-    fn read(bytes: &[u8]) -> Option<Self> {
-        let mut from = Reader(bytes.strip_prefix(MAGIC)?);
+    fn read(from: &mut Reader<'_>) -> Option<Self> {
         let mut side = || {
             let (degree, knots) = (from.size()?, from.reals()?);
             Some((KnotVector::new(degree, knots).ok()?, from.count()? == 1))
@@ -248,10 +244,8 @@ impl PartialSums {
         let mut pairs = 0;
         space.each_pair(|_| pairs += 1);
         let (triples, rest) = right.as_chunks::<3>();
-        let complete = matrix.len() == pairs
-            && triples.len() == space.unknowns()
-            && rest.is_empty()
-            && from.0.is_empty();
+        let complete =
+            matrix.len() == pairs && triples.len() == space.unknowns() && rest.is_empty();
         let right = triples.to_vec();
         complete.then_some(Self { space, origin, extent, count, squares, lengths, matrix, right })
     }

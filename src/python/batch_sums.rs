@@ -3,6 +3,7 @@
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
+use super::pickling::{Reduced, reduced_to_bytes};
 use crate::numeric::Short;
 use crate::som;
 
@@ -38,10 +39,8 @@ impl BatchSums {
         Ok(Self(som::BatchSums::from_bytes(state)?))
     }
 
-    fn __reduce__<'py>(
-        slf: &Bound<'py, Self>,
-    ) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {
-        Ok((slf.get_type().getattr("from_bytes")?, (slf.get().to_bytes(slf.py()),)))
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
+        reduced_to_bytes(slf)
     }
 
     fn __repr__(&self) -> String {

@@ -7,6 +7,7 @@ use super::arguments::{real, two, vector};
 use super::arrays::Numbers;
 use super::call;
 use super::errors::bad_argument;
+use super::pickling::{Reduced, reduced_to_bytes};
 use super::surface::NurbsSurface;
 use super::surface_arguments::{closed, degrees, knot_vectors};
 use crate::fit::{self, FitOptions};
@@ -175,10 +176,8 @@ impl PartialSums {
         Ok(Self(fit::PartialSums::from_bytes(state)?))
     }
 
-    fn __reduce__<'py>(
-        slf: &Bound<'py, Self>,
-    ) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {
-        Ok((slf.get_type().getattr("from_bytes")?, (slf.get().to_bytes(slf.py()),)))
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
+        reduced_to_bytes(slf)
     }
 
     fn __repr__(&self) -> String {

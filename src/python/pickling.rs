@@ -23,6 +23,13 @@ pub(super) fn reduced<'py, T: PyClass>(
     Ok((maker, PyTuple::new(object.py(), parts)?))
 }
 
+/// Reduces an object to its bytes, the argument of the static method `from_bytes` of its class.
+pub(super) fn reduced_to_bytes<'py, T: PyClass>(object: &Bound<'py, T>) -> PyResult<Reduced<'py>> {
+    let (py, object) = (object.py(), object.as_any());
+    let bytes = object.call_method0(intern!(py, "to_bytes"))?;
+    Ok((object.get_type().getattr(intern!(py, "from_bytes"))?, PyTuple::new(py, [bytes])?))
+}
+
 /// Makes an array read-only: unpickled arrays are writeable.
 pub(super) fn read_only<T: Element, D: Dimension>(
     py: Python<'_>,

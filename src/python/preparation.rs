@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use super::arrays::{self, Numbers};
-use super::pickling::{Reduced, read_only, reduced};
+use super::pickling::{Reduced, read_only, reduced, reduced_to_bytes};
 use super::{arguments, call};
 use crate::cloud::{self, Fate};
 
@@ -329,10 +329,8 @@ impl EvenSample {
         Ok(Self(Mutex::new(cloud::EvenSample::from_bytes(state)?)))
     }
 
-    fn __reduce__<'py>(
-        slf: &Bound<'py, Self>,
-    ) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {
-        Ok((slf.get_type().getattr("from_bytes")?, (slf.get().to_bytes(slf.py()),)))
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
+        reduced_to_bytes(slf)
     }
 
     fn __repr__(&self) -> String {

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::frame::Frame;
-use crate::bytes::{Reader, Writer};
+use crate::bytes::{Reader, Writer, read_saved};
 use crate::error::{Error, Result};
 
 /// For each node, the number of points nearest to it and the sum of their positions.
@@ -198,14 +198,10 @@ impl BatchSums {
     ///
     /// [`Error::Parameter`] if the bytes are not complete sums.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
-        Self::read(bytes).ok_or_else(|| {
-            let got = format!("{} other bytes", bytes.len());
-            Error::parameter("sums", "the complete bytes of saved sums", got)
-        })
+        read_saved(bytes, MAGIC, "sums", "saved sums", Self::read)
     }
 
-    fn read(bytes: &[u8]) -> Option<Self> {
-        let mut from = Reader(bytes.strip_prefix(MAGIC)?);
+    fn read(from: &mut Reader<'_>) -> Option<Self> {
         let (frame, step, reached) = (from.frame()?, from.count()?, from.count()?);
         let distance = from.quanta()?;
         let count = from.length(size_of::<[i128; 3]>() + size_of::<u64>())?;
@@ -214,7 +210,7 @@ impl BatchSums {
             Some(NodeSum { quanta, count: from.count()? })
         };
         let nodes = (0..count).map(|_| node()).collect::<Option<_>>()?;
-        from.0.is_empty().then_some(Self { frame, step, nodes, distance, reached })
+        Some(Self { frame, step, nodes, distance, reached })
     }
 }
 

@@ -9,8 +9,8 @@ use super::random::Random;
 use super::schedule::Schedule;
 use super::stop_criterion::StoppedBy;
 use super::topology::{Cells, Topology};
-use crate::bytes::{Reader, Writer};
-use crate::error::{Error, Result};
+use crate::bytes::{Reader, Writer, read_saved};
+use crate::error::Result;
 
 /// The first bytes: the kind of data and the version of the layout.
 const MAGIC: &[u8; 12] = b"neurbs-som-1";
@@ -63,16 +63,12 @@ impl SelfOrganizingMap {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if the bytes are not a complete map.
+    /// [`Error::Parameter`](crate::Error::Parameter) if the bytes are not a complete map.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
-        Self::read(bytes).ok_or_else(|| {
-            let got = format!("{} other bytes", bytes.len());
-            Error::parameter("state", "the complete bytes of a saved map", got)
-        })
+        read_saved(bytes, MAGIC, "state", "a saved map", Self::read)
     }
 
-    fn read(bytes: &[u8]) -> Option<Self> {
-        let mut from = Reader(bytes.strip_prefix(MAGIC)?);
+    fn read(from: &mut Reader<'_>) -> Option<Self> {
         let lattice = from.lattice()?;
         let [steps, ordered_at, reached, draws] =
             [from.count()?, from.count()?, from.count()?, from.count()?];
@@ -82,10 +78,9 @@ impl SelfOrganizingMap {
         let frame = from.frame()?;
         let plan = from.plan()?;
         let online = if from.count()? == 1 { Some(from.online()?) } else { None };
-        let complete = from.0.is_empty() && nodes.len() == lattice.len();
         let random = Random::after(plan.seed, draws);
         let reached = usize::try_from(reached).ok()?;
-        complete.then_some(Self {
+        (nodes.len() == lattice.len()).then_some(Self {
             lattice,
             steps,
             ordered_at,

@@ -16,7 +16,7 @@ from neurbs.cli.command import NOT_MET, print_json, print_table, repeated
 from neurbs.cli.inputs import check_points
 from neurbs.cli.outputs import check_outputs
 from neurbs.cli.progress import progress_bar
-from neurbs.cli.reconstruct_files import expanded, is_folder, summary, write
+from neurbs.cli.reconstruct_files import document, expanded, is_folder, summary, write
 from neurbs.extras import require
 from neurbs.io.units import check_unit
 
@@ -59,9 +59,7 @@ def run(
     names = [str(target) for target in targets]
     report = result.report
     if as_json:
-        inputs = [str(file) for file in files]
-        document = {"input": inputs, "unit": result.unit, "report": report.to_dict()}
-        print_json({**document, "files": names})
+        print_json(document([str(file) for file in files], result.unit, report, names))
     elif not quiet:
         print_table(summary("", result.unit, report, names))
     met = report.converged and report.valid

@@ -120,8 +120,7 @@ def run(
             names = [str(target) for target in written]
             report = result.report
             met = met and report.converged and report.valid
-            document = {"input": str(file), "unit": result.unit, "report": report.to_dict()}
-            documents.append({**document, "files": names})
+            documents.append(document(str(file), result.unit, report, names))
             if not quiet and not as_json:
                 print_table(summary(file if batch else "", result.unit, result.report, names))
     failed = sum("error" in document for document in documents)
@@ -212,6 +211,13 @@ def write(result: Reconstruction, targets: list[Path], source: Path, command: st
 def _with_name(file: Path, message: str) -> str:
     name = printable(str(file))
     return message if message.startswith(name) else f"{name}: {message}"
+
+
+def document(
+    points: str | list[str], unit: str | None, report: Report, files: list[str]
+) -> dict[str, Any]:
+    """Return a result for `--json`: its files of points, its figures and the files written."""
+    return {"input": points, "unit": unit, "report": report.to_dict(), "files": files}
 
 
 def summary(name: Path | str, unit: str | None, report: Report, files: list[str]) -> dict[str, str]:

@@ -6,7 +6,8 @@ from math import isqrt
 
 from neurbs import _core
 from neurbs.distributed.engine import ARITY, Engine
-from neurbs.distributed.parts import CHUNK, Parts
+from neurbs.distributed.parts import Parts
+from neurbs.reconstruction_chunks import CHUNK
 
 _PROCESS = 250 << 20
 """Bytes of a worker process with its libraries, and of the process that reads files for it."""

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from neurbs import _core, io
 from neurbs.diagnostics import CATEGORIES
@@ -21,9 +21,7 @@ from neurbs.extras import is_dask_array
 from neurbs.io.point_files import PointFiles, ReadFile
 from neurbs.io.point_readers import point_files, warn_dropped
 from neurbs.io.units import check_unit
-
-CHUNK = 1 << 18
-"""Points that a task has in memory at a time, beside the block of an array."""
+from neurbs.reconstruction_chunks import CHUNK, slices
 
 
 @dataclass(frozen=True)
@@ -209,17 +207,12 @@ class OpenPart:
             self._files = point_files(source, reference=reading.reference, **reading.options)
             self.chunks = self._files.chunks(CHUNK)
         else:
-            self.chunks = _chunks_of_block(source)
+            self.chunks = (_core.as_points(source[part]) for part in slices(source))
 
     def notes(self) -> Notes:
         """Return what was found in the file, if it is one, beside the points read up to now."""
         files = self._files.read if self._files is not None else []
         return sum(map(Notes.of, files), Notes())
-
-
-def _chunks_of_block(block: Any) -> Iterator[NDArray[np.float64]]:
-    for start in range(0, len(block), CHUNK):
-        yield _core.as_points(block[start : start + CHUNK])
 
 
 def no_points(skipped: dict[str, str], parts: Parts) -> _core.NeurbsError:
